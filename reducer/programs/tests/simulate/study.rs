@@ -383,7 +383,7 @@ fn scenes_that_cannot_be_studied_are_refused() {
     without(json!({"analysis": "static"})).refused("study scene.json", &["analysis", "transient"]);
     without(json!({"integrator": {"hht": {"step": 1e-3, "end": 0.1}}})).refused(
         "study scene.json --rho-infinity 0.5",
-        &["--rho-infinity", "generalized_alpha"],
+        &["--rho-infinity", "hht"],
     );
     let adaptive = json!({"generalized_alpha": {"step": 1e-3, "end": 0.1,
         "adaptive": {"tolerance": 1e-4, "minimum_step": 1e-6, "maximum_step": 1e-2}}});

@@ -87,7 +87,10 @@ fn steps_and_accuracies_belong_to_their_integrators() {
             "study scene.json --accuracy 2",
             &["radau.tolerance", "as changed by the command line", "is 2"],
         ),
-        ("study scene.json --rho-infinity 0.8", &["--rho-infinity"]),
+        (
+            "study scene.json --rho-infinity 0.8",
+            &["--rho-infinity", "radau"],
+        ),
     ]);
     Folder::one_turn().refused(
         "study scene.json --accuracy 1e-4",

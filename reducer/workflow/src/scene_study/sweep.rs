@@ -129,7 +129,7 @@ impl Lists {
             }
         }
         if !self.radii.is_empty() && subject.own.rho_infinity.is_none() {
-            return Err(no_radius());
+            return Err(no_radius(subject.own.fineness));
         }
         for asked in &self.fineness {
             match (asked, subject.own.fineness) {
@@ -261,10 +261,16 @@ pub fn by_command_line(error: Error) -> Error {
 }
 
 /// `--rho-infinity` for a scene that has no spectral radius.
-pub fn no_radius() -> Error {
+pub fn no_radius(fineness: Fineness) -> Error {
+    let method = match fineness {
+        Fineness::Step(_) => "hht",
+        Fineness::Accuracy(_) => "radau",
+    };
     Error::described(
         "--rho-infinity",
-        "belongs to generalized_alpha, but the scene integrates otherwise; change the scene's `integrator`",
+        format!(
+            "belongs to generalized_alpha, but the scene integrates with {method}; change the scene's `integrator`"
+        ),
     )
 }
 
