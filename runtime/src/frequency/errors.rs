@@ -40,10 +40,11 @@ impl<'a> Errors<'a> {
         let own: Vec<(&ErrorBounds, Mat<f64>)> = (bounds.iter().flatten())
             .map(|bounds| (bounds, bounds.forces()))
             .collect();
-        let rows: usize = own.iter().map(|(_, forces)| forces.nrows()).sum();
-        let mut first = linear.system.c.nrows().checked_sub(rows)?;
+        let all: usize = own.iter().map(|(_, forces)| forces.nrows()).sum();
+        let mut first = linear.system.c.nrows().checked_sub(all)?;
         let mut bodies = Vec::with_capacity(own.len());
         for (bounds, forces) in own {
+            let rows = forces.nrows();
             let unit = Mat::<f64>::identity(rows, rows);
             bodies.push(OfBody {
                 bounds,

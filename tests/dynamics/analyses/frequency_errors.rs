@@ -156,3 +156,57 @@ fn the_error_of_a_root_mean_square_is_told() {
     assert!(off <= told && told < 0.3, "{off:e} told {told:e}");
     assert!(off > 1e-7, "{off:e}");
 }
+
+/// The beam as two superelements: each tells what its own modes leave out, and the sum is what both do.
+#[test]
+fn the_errors_of_two_bodies_are_told_together() {
+    let half = |from: f64, to: f64| {
+        spatial_beam(&SpatialBeam {
+            elements: 6,
+            start: [from, 0.0, 0.0],
+            end: [to, 0.0, 0.0],
+            ..SpatialBeam::default()
+        })
+    };
+    let component = spatial_beam(&SpatialBeam {
+        elements: 12,
+        ..SpatialBeam::default()
+    });
+    let folder = tempfile::tempdir().unwrap();
+    for (name, part, modes) in [("left", half(0.0, 0.5), 2), ("right", half(0.5, 1.0), 1)] {
+        let element = dcb_tests::lowest(&part, modes).superelement;
+        dcb_tests::write_bare(&folder.path().join(format!("{name}.dcb.h5")), &element);
+    }
+    let [left, right] = MOUNTS.map(|mount| format!("{mount:?}"));
+    let text = format!(
+        r#"{{"dimension": 3, "units": {{"length": "m", "mass": "kg", "time": "s"}},
+          "ground": {{"points": {{"a": [0, 0, 0], "b": [1, 0, 0]}}}},
+          "bodies": {{"left": {{"superelement": "left.dcb.h5"}}, "right": {{"superelement": "right.dcb.h5"}}}},
+          "joints": {{"weld": {{"fixed": {{"a": "left/b", "b": "right/a"}}}}}},
+          "springs": {{"a": {{"bushing": {{"a": "ground/a", "b": "left/a", "translation": {left}}}}},
+                       "b": {{"bushing": {{"a": "ground/b", "b": "right/b", "translation": {right}}}}}}},
+          "loads": {{"push": {{"force": {{"at": "right/b", "components": [0, 1, 1]}}}}}},
+          "outputs": {{"tip": {{"displacement": {{"at": "right/b"}}}}}},
+          "analysis": {{"frequency_response": {{"damping": {{"structural": {LOSS}}}, "inputs": ["push/1", "push/2"], "frequencies": {{"from": 5, "to": 500, "count": 40, "spacing": "linear"}}}}}}}}"#
+    );
+    let (_, read, _) = responses(folder.path(), &text).unwrap();
+    let mut seen = 0.0_f64;
+    for (input, direction) in [(0, 1), (1, 2)] {
+        let name = ["tip.x", "tip.y", "tip.z"][direction];
+        let place = read.outputs.iter().position(|output| output.name == name);
+        let place = place.unwrap();
+        let told = read.error_of(place, input).unwrap();
+        for (k, frequency) in read.frequency.iter().enumerate() {
+            let expected = whole(&component, *frequency, direction)[direction];
+            let [re, im] = read.of(place, input)[k];
+            let error = (c64::new(re, im) - expected).norm();
+            seen = seen.max(error / expected.norm());
+            assert!(
+                error <= 1.05 * told[k] + 1e-7 * expected.norm(),
+                "{frequency} Hz: {error:e} told {:e}",
+                told[k]
+            );
+        }
+    }
+    assert!(seen > 1e-6, "{seen:e}");
+}
