@@ -217,8 +217,8 @@ impl FrequencyResponses {
         let inputs = signals("inputs", "input_units")?;
         let expected = vec![count, outputs.len(), inputs.len()];
         let has_error = shape("error").is_some();
-        let checked = ["real", "imaginary", "error"];
-        for name in &checked[..if has_error { 3 } else { 2 }] {
+        let checked = ["real", "imaginary"].into_iter();
+        for name in checked.chain(has_error.then_some("error")) {
             if shape(name).as_ref() != Some(&expected) {
                 return Err(Finding::at(
                     &at(name),

@@ -57,6 +57,17 @@ pub enum Method {
     },
 }
 
+impl Method {
+    /// Its key in a scene.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::GeneralizedAlpha { .. } => "generalized_alpha",
+            Self::Hht { .. } => "hht",
+            Self::Radau { .. } => "radau",
+        }
+    }
+}
+
 /// How constraints enter the equations.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -130,9 +141,19 @@ impl Integrator {
         matches!(self.method, Method::Radau { .. })
     }
 
-    fn check_radau(&self, order: u32, highest_frequency: Option<f64>) -> Result<(), Error> {
+    /// The fastest motion that parts are modelled for, where the scene says so; cycles per time unit.
+    pub fn highest_frequency(&self) -> Option<f64> {
+        match self.method {
+            Method::Radau {
+                highest_frequency, ..
+            } => highest_frequency,
+            Method::GeneralizedAlpha { .. } | Method::Hht { .. } => None,
+        }
+    }
+
+    fn check_radau(&self, order: u32) -> Result<(), Error> {
         let at = |key: &str| format!("integrator.radau.{key}");
-        if let Some(frequency) = highest_frequency {
+        if let Some(frequency) = self.highest_frequency() {
             positive(&at("highest_frequency"), frequency)?;
         }
         super::values::not_negative(&at("end"), self.end)?;
@@ -159,15 +180,10 @@ impl Integrator {
     }
 
     pub(super) fn check(&self) -> Result<(), Error> {
-        let location = match self.method {
-            Method::GeneralizedAlpha { .. } => "integrator.generalized_alpha",
-            Method::Hht { .. } => "integrator.hht",
-            Method::Radau {
-                order,
-                highest_frequency,
-            } => return self.check_radau(order, highest_frequency),
-        };
-        let at = |key: &str| format!("{location}.{key}");
+        if let Method::Radau { order, .. } = self.method {
+            return self.check_radau(order);
+        }
+        let at = |key: &str| format!("integrator.{}.{key}", self.method.name());
         positive(&at("step"), self.step)?;
         super::values::not_negative(&at("end"), self.end)?;
         if self.end > 0.0 && self.step > self.end * (1.0 + 1e-9) {

@@ -23,7 +23,7 @@ use dcb_runtime::export::history::Selection;
 use dcb_runtime::model::Model;
 use dcb_runtime::run::{self, Observer, Profiling, Target};
 use dcb_workflow::progress_bar::bar;
-use dcb_workflow::scene_study::{Fineness, by_command_line, no_radius};
+use dcb_workflow::scene_study::{by_command_line, no_radius};
 
 /// Positions of the progress bar.
 const POSITIONS: u64 = 1000;
@@ -176,10 +176,7 @@ fn override_scene(scene: &mut Scene, arguments: &SceneArguments) -> Result<(), E
         if let Some(given) = arguments.rho_infinity {
             match &mut integrator.method {
                 Method::GeneralizedAlpha { rho_infinity } => *rho_infinity = given,
-                Method::Hht { .. } => return Err(no_radius(Fineness::Step(integrator.step))),
-                Method::Radau { .. } => {
-                    return Err(no_radius(Fineness::Accuracy(integrator.tolerance)));
-                }
+                method => return Err(no_radius(*method)),
             }
         }
     } else {

@@ -78,10 +78,9 @@ pub fn prepare(
     let whole = NarrowedScene::from(subject.own.applied_to(subject)?);
     let scene = &whole.scene;
     // Every time of comparison is the end of a step.
-    let integrator = subject.scene.integrator.as_ref();
     let apart = match subject.own.fineness {
         Fineness::Step(step) => f64::from(integration::LONGEST) * step,
-        Fineness::Accuracy(_) => integrator.map_or(subject.end, interval),
+        Fineness::Accuracy(_) => interval(subject.end),
     };
     let grid = Grid::of([apart], subject.end);
     monitor.tell("everything");

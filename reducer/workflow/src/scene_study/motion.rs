@@ -282,7 +282,7 @@ fn step_of(scene: &Scene) -> Result<Integrator, Error> {
     let missing = || Error::described("integrator", "is missing");
     let mut integrator = scene.integrator.ok_or_else(missing)?;
     if integrator.is_radau() {
-        integrator.step = interval(&integrator);
+        integrator.step = interval(integrator.end);
     }
     Ok(integrator)
 }

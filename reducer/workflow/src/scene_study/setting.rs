@@ -5,7 +5,7 @@ use serde_json::{Map, Value, json};
 
 use super::fineness::Fineness;
 use super::subject::Subject;
-use dcb_formats::scene::{BodyKind, Compatibility, InertiaChange, Integrator, Method, Scene};
+use dcb_formats::scene::{BodyKind, Compatibility, InertiaChange, Method, Scene};
 use dcb_runtime::error::Error;
 
 /// How many modes the superelements of a scene keep.
@@ -39,9 +39,9 @@ pub struct Setting {
 /// Times at which motions are compared whose steps follow an accuracy.
 const INTERVALS: f64 = 256.0;
 
-/// Time between two of them.
-pub fn interval(integrator: &Integrator) -> f64 {
-    integrator.end / INTERVALS
+/// Time between two of them, of a motion that ends at `end`.
+pub fn interval(end: f64) -> f64 {
+    end / INTERVALS
 }
 
 impl Setting {

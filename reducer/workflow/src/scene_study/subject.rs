@@ -104,7 +104,7 @@ impl Subject {
     pub fn grid(&self, settings: &[Setting]) -> Grid {
         let apart = |setting: &Setting| match setting.fineness {
             Fineness::Step(step) => step,
-            Fineness::Accuracy(_) => self.scene.integrator.as_ref().map_or(self.end, interval),
+            Fineness::Accuracy(_) => interval(self.end),
         };
         Grid::of(settings.iter().map(apart), self.end)
     }

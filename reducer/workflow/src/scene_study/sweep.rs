@@ -5,7 +5,7 @@ use clap::ValueEnum;
 use super::fineness::Fineness;
 use super::setting::{ModeCount, Setting};
 use super::subject::Subject;
-use dcb_formats::scene::{Compatibility, InertiaChange};
+use dcb_formats::scene::{Compatibility, InertiaChange, Method};
 use dcb_runtime::error::Error;
 
 /// Combinations up to which all are tried unless something else is asked for.
@@ -128,8 +128,11 @@ impl Lists {
                 ));
             }
         }
-        if !self.radii.is_empty() && subject.own.rho_infinity.is_none() {
-            return Err(no_radius(subject.own.fineness));
+        if !self.radii.is_empty()
+            && let Some(integrator) = subject.scene.integrator
+            && subject.own.rho_infinity.is_none()
+        {
+            return Err(no_radius(integrator.method));
         }
         for asked in &self.fineness {
             match (asked, subject.own.fineness) {
@@ -261,15 +264,12 @@ pub fn by_command_line(error: Error) -> Error {
 }
 
 /// `--rho-infinity` for a scene that has no spectral radius.
-pub fn no_radius(fineness: Fineness) -> Error {
-    let method = match fineness {
-        Fineness::Step(_) => "hht",
-        Fineness::Accuracy(_) => "radau",
-    };
+pub fn no_radius(method: Method) -> Error {
     Error::described(
         "--rho-infinity",
         format!(
-            "belongs to generalized_alpha, but the scene integrates with {method}; change the scene's `integrator`"
+            "belongs to generalized_alpha, but the scene integrates with {}; change the scene's `integrator`",
+            method.name()
         ),
     )
 }

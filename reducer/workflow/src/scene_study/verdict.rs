@@ -149,7 +149,10 @@ impl SceneStudy {
             .map(|h| format!("{h:.3e}"))
             .collect();
         let limit = self.reference.uncertainty();
-        let own = self.subject.own.fineness;
+        let (runs, unit) = match self.subject.own.fineness {
+            Fineness::Step(_) => ("steps", format!(" {time}")),
+            Fineness::Accuracy(_) => ("accuracies", String::new()),
+        };
         let convergence = match self.reference.is_converged() {
             true => format!(
                 "converged: its error is estimated as {limit:.1e} of an output's range at most"
@@ -159,17 +162,9 @@ impl SceneStudy {
             ),
         };
         format!(
-            "Reference: {}; {} {}{}; {convergence}.",
+            "Reference: {}; {runs} {}{unit}; {convergence}.",
             self.reference.setting.told(time),
-            match own {
-                Fineness::Step(_) => "steps",
-                Fineness::Accuracy(_) => "accuracies",
-            },
-            steps.join(", "),
-            match own {
-                Fineness::Step(_) => format!(" {time}"),
-                Fineness::Accuracy(_) => String::new(),
-            }
+            steps.join(", ")
         )
     }
 

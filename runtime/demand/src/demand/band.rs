@@ -14,7 +14,7 @@ use serde::Serialize;
 
 use super::excitation::{Excitation, NEGLIGIBLE};
 use crate::Error;
-use dcb_formats::scene::{Analysis, Method, Scene, Scheme};
+use dcb_formats::scene::{Analysis, Integrator, Scene, Scheme};
 use dcb_formats::units::written_frequency;
 
 /// Largest relative error of a period that counts as followed: that of 20 steps in a period, of which a run begins to warn.
@@ -72,71 +72,52 @@ impl Band {
                 });
             }
         };
-        if let Method::Radau {
-            highest_frequency, ..
-        } = integrator.method
-        {
-            return Self::by_accuracy(scene, integrator.end, highest_frequency);
-        }
-        let Some(scheme) = Scheme::of(integrator.method) else {
-            return Ok(Self {
-                frequency: None,
-                reasons: Vec::new(),
-            });
-        };
-        let step = integrator
-            .adaptive
-            .map_or(integrator.step, |adaptive| adaptive.minimum_step);
-        let per_period = steps_per_period(&scheme);
-        let followed = 1.0 / (per_period * step);
-        let which = match integrator.adaptive {
-            Some(_) => "the shortest steps allowed",
-            None => "the steps",
-        };
         let time = &scene.units.time;
-        let by_step = format!(
-            "{which} of {step:.3e} {time} resolve motion up to {} (period error {:.0} %)",
-            written_frequency(followed, time),
-            100.0 * PERIOD_ERROR
-        );
+        let (limit, told) = match Scheme::of(integrator.method) {
+            Some(scheme) => by_step(integrator, &scheme, time),
+            None => by_accuracy(integrator.highest_frequency(), time),
+        };
         Ok(match Excitation::of(scene, integrator.end)? {
             Excitation::Unlimited(reasons) => Self {
-                frequency: Some(followed),
-                reasons: [by_step].into_iter().chain(reasons).collect(),
+                frequency: limit,
+                reasons: [told].into_iter().chain(reasons).collect(),
             },
             Excitation::UpTo(excited, by) => Self {
-                frequency: Some(followed.min(excited)),
-                reasons: vec![
-                    by_step,
-                    small_motions(&by, &written_frequency(excited, time)),
-                ],
+                frequency: Some(limit.map_or(excited, |limit| limit.min(excited))),
+                reasons: vec![told, small_motions(&by, &written_frequency(excited, time))],
             },
         })
     }
 }
 
-impl Band {
-    /// Of steps that follow an accuracy: no step limits the motion, but the scene may.
-    fn by_accuracy(scene: &Scene, end: f64, highest: Option<f64>) -> Result<Self, Error> {
-        let time = &scene.units.time;
-        let limit = match highest {
-            None => BY_TOLERANCE.to_owned(),
-            Some(frequency) => format!(
-                "the scene wants motion up to {} (integrator.radau.highest_frequency)",
-                written_frequency(frequency, time)
-            ),
-        };
-        Ok(match Excitation::of(scene, end)? {
-            Excitation::Unlimited(reasons) => Self {
-                frequency: highest,
-                reasons: [limit].into_iter().chain(reasons).collect(),
-            },
-            Excitation::UpTo(excited, by) => Self {
-                frequency: Some(highest.map_or(excited, |highest| highest.min(excited))),
-                reasons: vec![limit, small_motions(&by, &written_frequency(excited, time))],
-            },
-        })
-    }
+/// The frequency up to which steps of a length follow the motion, and how that is told.
+fn by_step(integrator: &Integrator, scheme: &Scheme, time: &str) -> (Option<f64>, String) {
+    let step = integrator
+        .adaptive
+        .map_or(integrator.step, |adaptive| adaptive.minimum_step);
+    let followed = 1.0 / (steps_per_period(scheme) * step);
+    let which = match integrator.adaptive {
+        Some(_) => "the shortest steps allowed",
+        None => "the steps",
+    };
+    let told = format!(
+        "{which} of {step:.3e} {time} resolve motion up to {} (period error {:.0} %)",
+        written_frequency(followed, time),
+        100.0 * PERIOD_ERROR
+    );
+    (Some(followed), told)
+}
+
+/// The same of steps that follow an accuracy: they limit nothing, but the scene may.
+fn by_accuracy(highest: Option<f64>, time: &str) -> (Option<f64>, String) {
+    let told = match highest {
+        None => BY_TOLERANCE.to_owned(),
+        Some(frequency) => format!(
+            "the scene wants motion up to {} (integrator.radau.highest_frequency)",
+            written_frequency(frequency, time)
+        ),
+    };
+    (highest, told)
 }
 
 /// Why no step limits the motion that is followed.
