@@ -16,7 +16,7 @@ use faer::linalg::solvers::Solve;
 use faer::{Mat, c64};
 
 #[derive(Default)]
-pub(super) struct Notes(Vec<String>);
+struct Notes(Vec<String>);
 
 impl Observer for Notes {
     fn note(&mut self, _: f64, message: &str) {
@@ -28,11 +28,8 @@ impl Observer for Notes {
     }
 }
 
-/// The report of a scene in a folder, what its file has, and the notes.
-pub(super) fn responses(
-    folder: &Path,
-    text: &str,
-) -> Result<(FrequencyReport, FrequencyResponses, Vec<String>), String> {
+/// The report of a scene in a folder, where its results are `scene.h5`, and the notes.
+pub(super) fn report_of(folder: &Path, text: &str) -> Result<(Report, Vec<String>), String> {
     let path = folder.join("scene.json");
     let scene = Scene::parse(text, &path).map_err(|error| error.to_string())?;
     let model = Model::load(&scene).map_err(|error| error.to_string())?;
@@ -46,15 +43,24 @@ pub(super) fn responses(
     };
     let mut notes = Notes::default();
     let report = run(&scene, model, &target, &mut notes).map_err(|error| error.to_string())?;
+    Ok((report, notes.0))
+}
+
+/// That of a frequency response, what its file has, and the notes.
+pub(super) fn responses(
+    folder: &Path,
+    text: &str,
+) -> Result<(FrequencyReport, FrequencyResponses, Vec<String>), String> {
+    let (report, notes) = report_of(folder, text)?;
     let Report::Frequency(report) = report else {
         panic!("another analysis")
     };
-    let read = Results::open(&target.path)
+    let read = Results::open(folder.join("scene.h5"))
         .unwrap()
         .frequency_responses()
         .unwrap()
         .unwrap();
-    Ok((report, read, notes.0))
+    Ok((report, read, notes))
 }
 
 /// A mass on a spring and a damper, on a base that a drive moves.

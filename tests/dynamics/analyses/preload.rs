@@ -2,17 +2,14 @@
 
 use std::f64::consts::TAU;
 
-use dcb_formats::output::Replace;
-use dcb_formats::scene::Scene;
-use dcb_runtime::Model;
 use dcb_runtime::frequency::Solution;
-use dcb_runtime::run::{Profiling, Report, Target, run};
+use dcb_runtime::run::Report;
 use dcb_samples::{SpatialBeam, spatial_beam};
 use dcb_tests::dense::{dense, eigen};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, c64};
 
-use super::frequency::{Notes, responses};
+use super::frequency::{report_of, responses};
 
 const STIFFNESS: f64 = 5e4;
 const FREE: f64 = 0.4;
@@ -75,19 +72,8 @@ fn folder() -> tempfile::TempDir {
 #[test]
 fn a_taut_beam_vibrates_about_its_rest() {
     let folder = folder();
-    let path = folder.path().join("scene.json");
     let text = taut(r#"{"modes": {"count": 6, "at": "static"}}"#);
-    let scene = Scene::parse(&text, &path).unwrap();
-    let model = Model::load(&scene).unwrap();
-    let target = Target {
-        path: folder.path().join("scene.h5"),
-        replace: Replace::Overwrite,
-        fields_in: None,
-        kept: Vec::new(),
-        options: serde_json::Value::Null,
-        profiling: Profiling::Off,
-    };
-    let Report::Modes(report) = run(&scene, model, &target, &mut Notes::default()).unwrap() else {
+    let (Report::Modes(report), _) = report_of(folder.path(), &text).unwrap() else {
         panic!("another analysis")
     };
     let found: Vec<f64> = (report.modes.modes.iter())

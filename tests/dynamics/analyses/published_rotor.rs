@@ -6,9 +6,8 @@ use dcb_runtime::whirl::Whirl;
 use dcb_samples::spatial_beam::{BeamSection, BeamTheory};
 use dcb_samples::{Material, SpatialBeam, shaft, spatial_beam};
 use dcb_tests::lowest;
-use serde_json::{Value, json};
 
-use super::whirl::{request, whirl_of};
+use super::whirl::{request, rotor_of_the_book, whirl_of};
 
 /// rad/s, as the documentation of ROSS prints them for this example (petrobras/ross, docs/examples/example_05_09_01.rst): six Timoshenko elements with rotary inertia and
 /// gyroscopic moments. Backward and forward in turn.
@@ -24,16 +23,12 @@ const DENSITY: f64 = 7810.0;
 const DIAMETER: f64 = 0.05;
 const WIDTH: f64 = 0.07;
 
-/// A disk on the shaft.
-fn disk(outer: f64, place: f64) -> Value {
+/// Mass, polar and diametral inertia of a disk on the shaft.
+fn disk(outer: f64) -> [f64; 3] {
     let area = std::f64::consts::PI * (outer * outer - DIAMETER * DIAMETER) / 4.0;
     let mass = DENSITY * WIDTH * area;
     let polar = mass * (outer * outer + DIAMETER * DIAMETER) / 8.0;
-    let diametral = 0.5 * polar + mass * WIDTH * WIDTH / 12.0;
-    json!({
-        "rigid": {"mass": mass, "inertia": [polar, diametral, diametral], "points": {"hub": [0, 0, 0]}},
-        "position": [place, 0, 0], "angular_velocity": [100, 0, 0]
-    })
+    [mass, polar, 0.5 * polar + mass * WIDTH * WIDTH / 12.0]
 }
 
 /// Within what a shaft of beam nodes has of its own gyroscopic moment only when it tilts as a whole (docs/rotors.md).
@@ -60,21 +55,7 @@ fn the_rotor_of_the_book_whirls_as_published() {
     let beam = beam.changed(|draft| draft.interfaces = shaft(6).interfaces.clone());
     let element = lowest(&beam.unwrap(), 20).superelement;
     dcb_tests::write_bare(&folder.path().join("shaft.dcb.h5"), &element);
-    let bearing = |at: &str, along: f64| json!({"bushing": {"a": format!("ground/{at}"), "b": format!("shaft/{at}"), "translation": [along, 1e6, 1e6]}});
-    let scene = json!({
-        "dimension": 3, "units": {"length": "m", "mass": "kg", "time": "s"},
-        "ground": {"points": {"left": [0, 0, 0], "right": [1.5, 0, 0]}},
-        "bodies": {
-            "shaft": {"superelement": "shaft.dcb.h5", "angular_velocity": [100, 0, 0]},
-            "small": disk(0.28, 0.5), "large": disk(0.35, 1.0)
-        },
-        "joints": {
-            "first": {"fixed": {"a": "shaft/disk-1", "b": "small/hub"}},
-            "second": {"fixed": {"a": "shaft/disk-2", "b": "large/hub"}}
-        },
-        "springs": {"left": bearing("left", 1e6), "right": bearing("right", 0.0)},
-        "analysis": {"modes": {"count": 8}}
-    });
+    let scene = rotor_of_the_book([disk(0.28), disk(0.35)]);
     let speed = 4000.0 * TAU / 60.0;
     let found = whirl_of(&scene, folder.path(), &request(&[0.5 * speed, speed], &[])).unwrap();
     let across = found.points[1].modes.iter();

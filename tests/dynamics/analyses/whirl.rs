@@ -191,6 +191,31 @@ fn a_slender_shaft_is_critical_at_its_bending_frequencies() {
     }
 }
 
+/// The rotor of example 5.9.1 of the book by Friswell and others, on the shaft in `shaft.dcb.h5`; mass, polar and diametral inertia of each disk.
+pub(super) fn rotor_of_the_book([small, large]: [[f64; 3]; 2]) -> Value {
+    let disk = |[mass, polar, diametral]: [f64; 3], x: f64| {
+        json!({
+            "rigid": {"mass": mass, "inertia": [polar, diametral, diametral], "points": {"hub": [0, 0, 0]}},
+            "position": [x, 0, 0], "angular_velocity": [100, 0, 0]
+        })
+    };
+    let bearing = |at: &str, along: f64| json!({"bushing": {"a": format!("ground/{at}"), "b": format!("shaft/{at}"), "translation": [along, 1e6, 1e6]}});
+    json!({
+        "dimension": 3, "units": {"length": "m", "mass": "kg", "time": "s"},
+        "ground": {"points": {"left": [0, 0, 0], "right": [1.5, 0, 0]}},
+        "bodies": {
+            "shaft": {"superelement": "shaft.dcb.h5", "angular_velocity": [100, 0, 0]},
+            "small": disk(small, 0.5), "large": disk(large, 1.0)
+        },
+        "joints": {
+            "first": {"fixed": {"a": "shaft/disk-1", "b": "small/hub"}},
+            "second": {"fixed": {"a": "shaft/disk-2", "b": "large/hub"}}
+        },
+        "springs": {"left": bearing("left", 1e6), "right": bearing("right", 0.0)},
+        "analysis": {"modes": {"count": 8}}
+    })
+}
+
 /// The rotor of example 5.9.1 of the book by Friswell and others, whirling as ROSS has it (`tests/data/whirl`): a shaft without gyroscopic moments. Ours has that of its
 /// rigid tilting, from the polar inertia of its nodes, unless this is taken away.
 #[test]
@@ -214,28 +239,11 @@ fn the_rotor_of_the_book_whirls_as_in_ross() {
     });
     let element = lowest(&thin.unwrap(), 24).superelement;
     dcb_tests::write_bare(&folder.path().join("shaft.dcb.h5"), &element);
-    let disk = |index: usize, x: f64| {
+    let disk = |index: usize| {
         let of = |key: &str| data["disks"][index][key].as_f64().unwrap();
-        json!({
-            "rigid": {"mass": of("mass"), "inertia": [of("polar"), of("diametral"), of("diametral")], "points": {"hub": [0, 0, 0]}},
-            "position": [x, 0, 0], "angular_velocity": [100, 0, 0]
-        })
+        [of("mass"), of("polar"), of("diametral")]
     };
-    let bearing = |at: &str, along: f64| json!({"bushing": {"a": format!("ground/{at}"), "b": format!("shaft/{at}"), "translation": [along, 1e6, 1e6]}});
-    let scene = json!({
-        "dimension": 3, "units": {"length": "m", "mass": "kg", "time": "s"},
-        "ground": {"points": {"left": [0, 0, 0], "right": [1.5, 0, 0]}},
-        "bodies": {
-            "shaft": {"superelement": "shaft.dcb.h5", "angular_velocity": [100, 0, 0]},
-            "small": disk(0, 0.5), "large": disk(1, 1.0)
-        },
-        "joints": {
-            "first": {"fixed": {"a": "shaft/disk-1", "b": "small/hub"}},
-            "second": {"fixed": {"a": "shaft/disk-2", "b": "large/hub"}}
-        },
-        "springs": {"left": bearing("left", 1e6), "right": bearing("right", 0.0)},
-        "analysis": {"modes": {"count": 8}}
-    });
+    let scene = rotor_of_the_book([disk(0), disk(1)]);
     let rpm = TAU / 60.0;
     let numbers = |of: &Value| -> Vec<f64> {
         of.as_array()
