@@ -15,15 +15,12 @@ import subprocess
 import sys
 import tempfile
 import time
-import warnings
 
 import numpy as np
 
-warnings.filterwarnings("ignore")
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 DATA = os.path.join(ROOT, "docs", "data", "campbell.jsonl")
 BINARIES = os.path.join(ROOT, "target", "release")
-RPM = 2 * np.pi / 60
 # rad/s at 4000 rev/min, backward and forward in turn.
 PUBLISHED = [-85.389467, 87.7958637, -251.78460413, 294.71333087, -600.17936195, 827.07536193]
 SPEEDS = (1000, 10000, 10)
@@ -63,42 +60,6 @@ def scene():
     }
 
 
-def ross_rotor():
-    import ross as rs
-
-    steel = rs.Material("steel", rho=DENSITY, E=211e9, G_s=81.2e9)
-    elements = 12
-    element = rs.ShaftElement(L=LENGTH / elements, idl=0, odl=DIAMETER, material=steel, shear_effects=False, rotary_inertia=False, gyroscopic=False)
-    disks = [rs.DiskElement.from_geometry(n=node, material=steel, width=0.07, i_d=DIAMETER, o_d=outer) for node, outer in ((4, 0.28), (8, 0.35))]
-    bearings = [rs.BearingElement(n=node, kxx=STIFFNESS, cxx=0) for node in (0, elements)]
-    return rs.Rotor([element] * elements, disks, bearings), rs.__version__
-
-
-def ross_whirl(rotor, speed):
-    modal = rotor.run_modal(speed=speed, num_modes=32)
-    signs = {"Forward": 1.0, "Backward": -1.0}
-    pairs = zip(modal.wd / (2 * np.pi), modal.whirl_direction())
-    return sorted((signs[str(way)] * hertz for hertz, way in pairs if str(way) in signs and hertz > 1), key=abs)
-
-
-def ross_criticals(rotor):
-    from scipy.optimize import brentq
-
-    found = []
-    for sign in (1, -1):
-        for index in range(4):
-            def above(speed):
-                own = [abs(hertz) for hertz in ross_whirl(rotor, speed) if sign * hertz > 0]
-                return own[index] * 2 * np.pi - speed
-
-            grid = np.linspace(SPEEDS[0] * 0.5, SPEEDS[1], 30) * RPM
-            values = [above(speed) for speed in grid]
-            for a, b, left, right in zip(grid, grid[1:], values, values[1:]):
-                if left > 0 >= right:
-                    found.append((sign, brentq(above, a, b, xtol=1e-8) / RPM))
-    return found
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--write", nargs="?", const=DATA)
@@ -112,7 +73,10 @@ def main():
     git = subprocess.run(["git", "-C", ROOT, "rev-parse", "--short", "HEAD"], capture_output=True, text=True).stdout.strip()
     cpu = next((line.split(":")[1].strip() for line in open("/proc/cpuinfo") if line.startswith("model name")), "")
     os.chdir(tempfile.gettempdir())                     # what ROSS imports looks for libraries where it is started
-    rotor, version = ross_rotor()
+    sys.path.insert(0, os.path.join(ROOT, "tests", "data", "whirl"))
+    import with_ross
+
+    rotor, _ = with_ross.rotor_of_the_book()
     with tempfile.TemporaryDirectory() as folder:
         run("samples", "write", "shaft", "--out", folder, folder=folder)
         run("reduce", "shaft.mtx", "--modes", "20", "-o", "shaft.dcb.h5", "-q", folder=folder)
@@ -122,7 +86,7 @@ def main():
         with open(os.path.join(folder, "whirl.csv")) as file:
             rows = list(csv.DictReader(file))
     say(kind="conditions", command=("python3 tests/benches/campbell.py " + " ".join(sys.argv[1:])).strip(), commit=git, machine={"cpu": cpu, "cores": os.cpu_count()},
-        versions={"ross": version, "numpy": np.__version__}, seconds=seconds)
+        versions={"ross": with_ross.rs.__version__, "numpy": np.__version__}, seconds=seconds)
     sign = {"forward": 1.0, "backward": -1.0}
 
     def ours(rpm):
@@ -132,11 +96,11 @@ def main():
     for place, published in enumerate(PUBLISHED):
         say(kind="published", rpm=4000, mode=place + 1, published=published, ours=2 * np.pi * ours(4000)[place])
     for rpm in SHOWN:
-        reference = ross_whirl(rotor, rpm * RPM)
+        reference = with_ross.whirl(rotor, rpm * with_ross.RPM)
         for place, found in enumerate(ours(rpm)[:6]):
             say(kind="whirl", rpm=rpm, mode=place + 1, ours=found, ross=reference[place])
     criticals = [line.split()[:3] for line in text.split("critical [rpm]")[1].splitlines()[1:] if line.strip() and line.strip()[0].isdigit()]
-    reference = ross_criticals(rotor)
+    reference = with_ross.criticals(rotor, np.linspace(SPEEDS[0] * 0.5, SPEEDS[1], 30), 4)
     for rpm, _, order in criticals:
         near = [speed for way, speed in reference if way == float(order) and abs(speed / float(rpm) - 1) < 0.01]
         if near:
