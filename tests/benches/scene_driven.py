@@ -266,7 +266,15 @@ class Bench:
             return
         summary = run(os.path.join(place, "scene.json"), "everything" if "modes" in row else "needed")
         self.add("run", key, seconds_per_second=summary["integration_seconds"] / end, error=error(place, expected), steps=summary["steps"],
-                 iterations=summary["newton_iterations"], coordinates=summary["elastic_coordinates"], used_step=end / summary["steps"])
+                 iterations=summary["newton_iterations"], coordinates=summary["elastic_coordinates"], used_step=end / summary["steps"],
+                 integrator=integrator(place))
+
+
+def integrator(place):
+    """How a scene is integrated, in words."""
+    with open(os.path.join(place, "scene.json")) as file:
+        [(method, settings)] = json.load(file)["integrator"].items()
+    return f"radau, {settings['tolerance']:.0e}" if method == "radau" else method.replace("_", " ")
 
 
 def commit():

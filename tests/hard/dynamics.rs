@@ -2,7 +2,7 @@
 //! The long ones: `cargo test --release -p dcb-tests --test hard dynamics:: -- --ignored`.
 
 use dcb_tests::hard::case::HardCase;
-use dcb_tests::hard::dynamics::{events, loops, motions, scales, steps, weak_form_map};
+use dcb_tests::hard::dynamics::{events, loops, motions, scales, springs, steps, weak_form_map};
 
 fn hold(case: fn() -> HardCase) {
     let found = case();
@@ -36,13 +36,28 @@ fn forces_far_from_the_origin() {
 }
 
 #[test]
+fn forces_far_from_the_origin_by_radau() {
+    hold(steps::forces_far_from_the_origin_by_radau);
+}
+
+#[test]
 fn unscaled_newton_matrix() {
     hold(steps::unscaled_newton_matrix);
 }
 
 #[test]
+fn unscaled_newton_matrix_by_radau() {
+    hold(steps::unscaled_newton_matrix_by_radau);
+}
+
+#[test]
 fn bushing_on_steel() {
-    hold(scales::bushing_on_steel);
+    hold(springs::bushing_on_steel);
+}
+
+#[test]
+fn bushing_on_steel_by_radau() {
+    hold(springs::bushing_on_steel_by_radau);
 }
 
 #[test]
@@ -56,8 +71,18 @@ fn mass_ratio_1e8() {
 }
 
 #[test]
+fn mass_ratio_1e8_by_radau() {
+    hold(scales::mass_ratio_1e8_by_radau);
+}
+
+#[test]
 fn stiffness_ratio_1e10() {
-    hold(scales::stiffness_ratio_1e10);
+    hold(springs::stiffness_ratio_1e10);
+}
+
+#[test]
+fn stiffness_ratio_1e10_by_radau() {
+    hold(springs::stiffness_ratio_1e10_by_radau);
 }
 
 #[test]
@@ -66,8 +91,18 @@ fn force_of_a_pin() {
 }
 
 #[test]
+fn force_of_a_pin_by_radau() {
+    hold(scales::force_of_a_pin_by_radau);
+}
+
+#[test]
 fn micrometre_beside_kilometre() {
     hold(scales::micrometre_beside_kilometre);
+}
+
+#[test]
+fn micrometre_beside_kilometre_by_radau() {
+    hold(scales::micrometre_beside_kilometre_by_radau);
 }
 
 #[test]
@@ -81,13 +116,28 @@ fn nearly_redundant_loop() {
 }
 
 #[test]
+fn nearly_redundant_loop_by_radau() {
+    hold(loops::nearly_redundant_loop_by_radau);
+}
+
+#[test]
 fn closed_ring() {
     hold(loops::closed_ring);
 }
 
 #[test]
+fn closed_ring_by_radau() {
+    hold(loops::closed_ring_by_radau);
+}
+
+#[test]
 fn dead_centre() {
     hold(loops::dead_centre);
+}
+
+#[test]
+fn dead_centre_by_radau() {
+    hold(loops::dead_centre_by_radau);
 }
 
 #[test]
@@ -133,6 +183,11 @@ fn jump_of_a_drive() {
 #[test]
 fn impulsive_load() {
     hold(events::impulsive_load);
+}
+
+#[test]
+fn impulsive_load_by_radau() {
+    hold(events::impulsive_load_by_radau);
 }
 
 #[test]

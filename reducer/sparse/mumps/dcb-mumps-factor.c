@@ -35,6 +35,9 @@
 #include <time.h>
 #include <unistd.h>
 
+/* Rows and columns are 32 bits in `matrix`; MUMPS counts entries, and everything that grows faster than dofs, with 64 bits in either case. */
+_Static_assert(sizeof(MUMPS_INT) == 4, "this MUMPS was built with -DINTSIZE64; take one built without it, which counts entries of a factor with 64 bits, too");
+
 /* Entries sent at a time. */
 #define PIECE (1 << 20)
 /* Between two looks whether there is a command: waiting ranks leave their cores to others. */

@@ -20,7 +20,7 @@ mod quantities;
 mod recorder;
 mod springs;
 mod stresses;
-pub(crate) mod timetable;
+pub mod timetable;
 
 use std::sync::Arc;
 

@@ -71,7 +71,7 @@ impl<'a> RecordedStep<'a> {
 
 impl<'a> RecordedStep<'a> {
     /// A state within a simulation's last step, as [`Simulation::look_within`] gave it last.
-    pub(crate) fn within(
+    pub fn within(
         simulation: &'a mut Simulation,
         state: &'a State,
         step: f64,

@@ -291,58 +291,59 @@ impl Run<'_> {
 }
 
 /// How the next step is found.
-pub(crate) enum Stepping {
-    /// Equal steps, and how many have been made.
+pub struct Stepping {
+    steps: Steps,
+    end: f64,
+}
+
+enum Steps {
+    /// Equal ones, and how many have been made.
     Equal { steps: EqualSteps, made: u64 },
-    /// Steps that follow the error.
-    Adaptive { size: StepSize, end: f64 },
-    /// Steps that follow an accuracy.
-    Accurate { end: f64 },
+    /// They follow the error.
+    Adaptive(Box<StepSize>),
+    /// They follow an accuracy.
+    Accurate,
 }
 
 impl Stepping {
     /// As the integrator says, up to its end.
-    pub(crate) fn of(integrator: &Integrator, system: &System) -> Self {
+    pub fn of(integrator: &Integrator, system: &System) -> Self {
         let Integrator { step, end, .. } = *integrator;
-        if integrator.is_radau() {
-            return Self::Accurate { end };
-        }
-        match integrator.adaptive {
-            None => Self::Equal {
+        let steps = match integrator.adaptive {
+            _ if integrator.is_radau() => Steps::Accurate,
+            None => Steps::Equal {
                 steps: EqualSteps::new(step, end),
                 made: 0,
             },
-            Some(adaptive) => Self::Adaptive {
-                size: StepSize::new(adaptive_step(step, &adaptive, system)),
-                end,
-            },
-        }
+            Some(adaptive) => {
+                let adaptive = adaptive_step(step, &adaptive, system);
+                Steps::Adaptive(Box::new(StepSize::new(adaptive)))
+            }
+        };
+        let end = match &steps {
+            Steps::Equal { steps, .. } => steps.time(steps.count()),
+            Steps::Adaptive(_) | Steps::Accurate => end,
+        };
+        Self { steps, end }
     }
 
     /// Makes the next step: its length and what it took. `None` at the end, or if the run is to stop.
-    pub(crate) fn advance(
+    pub fn advance(
         &mut self,
         simulation: &mut Simulation,
         is_stopped: impl FnOnce() -> bool,
     ) -> Result<Option<(f64, Effort)>, Error> {
-        if simulation.state().time >= self.end() || is_stopped() {
+        if simulation.state().time >= self.end || is_stopped() {
             return Ok(None);
         }
-        match self {
-            Self::Equal { steps, made } => {
+        match &mut self.steps {
+            Steps::Equal { steps, made } => {
                 let made_now = simulation.step_equally(steps, *made + 1)?;
                 *made += 1;
                 Ok(Some(made_now))
             }
-            Self::Adaptive { size, end } => simulation.step_adaptively(*end, size).map(Some),
-            Self::Accurate { end } => simulation.step_towards(*end).map(Some),
-        }
-    }
-
-    fn end(&self) -> f64 {
-        match self {
-            Self::Equal { steps, .. } => steps.time(steps.count()),
-            Self::Adaptive { end, .. } | Self::Accurate { end } => *end,
+            Steps::Adaptive(size) => simulation.step_adaptively(self.end, size).map(Some),
+            Steps::Accurate => simulation.step_towards(self.end).map(Some),
         }
     }
 }

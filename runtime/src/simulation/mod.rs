@@ -304,14 +304,14 @@ impl Simulation {
         }
         self.earlier_works = self.works;
         match &self.stepper {
-            Stepper::GeneralizedAlpha(_) => {
-                self.works
-                    .advance(&self.system, &self.state, &self.corrector.evaluation, step);
-            }
-            Stepper::Radau(radau) => {
+            Stepper::Radau(radau) if !radau.has_crossed() => {
                 radau.add_works(&self.system, step, &mut self.works);
                 self.works
                     .go_on(&self.system, &self.state, &self.corrector.evaluation);
+            }
+            Stepper::GeneralizedAlpha(_) | Stepper::Radau(_) => {
+                self.works
+                    .advance(&self.system, &self.state, &self.corrector.evaluation, step);
             }
         }
         self.effort.iterations += effort.iterations;

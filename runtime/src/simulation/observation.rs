@@ -40,7 +40,7 @@ impl Simulation {
 
     /// The motion at a time within the last step, which must have been the last thing that happened to it, evaluated as
     /// [`Simulation::refresh`] does ([`crate::integrator::between`]).
-    pub(crate) fn look_within(&mut self, time: f64) -> State {
+    pub fn look_within(&mut self, time: f64) -> State {
         let Self {
             system,
             corrector,
@@ -49,8 +49,12 @@ impl Simulation {
         } = self;
         // After a step the trial state is what it began with.
         let mut now = match stepper {
-            Stepper::GeneralizedAlpha(_) => between(system, &corrector.trial, &self.state, time),
-            Stepper::Radau(radau) => radau.within(system, &corrector.trial, &self.state, time),
+            Stepper::Radau(radau) if !radau.has_crossed() => {
+                radau.within(system, &corrector.trial, &self.state, time)
+            }
+            Stepper::GeneralizedAlpha(_) | Stepper::Radau(_) => {
+                between(system, &corrector.trial, &self.state, time)
+            }
         };
         corrector.evaluation.refresh(system, &now);
         corrector.evaluation.count_turns(system, &mut now);

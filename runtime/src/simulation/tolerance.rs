@@ -47,6 +47,14 @@ impl Simulation {
         let mut more = Effort::default();
         let (step, ends_at_stop) = loop {
             let left = stop - state.time - state.time_rest;
+            if radau.is_crossing() {
+                // One that fails leaves the steps to Radau, which says why it can't go on.
+                if let Ok((step, made)) = radau.cross(corrector, system, state, stop) {
+                    more.iterations += made.iterations;
+                    more.factorizations += made.factorizations;
+                    break (step, step == left);
+                }
+            }
             let step = radau.step_up_to(system, state, left);
             let ends_at_stop = step == left;
             // What jumps at the end is looked at before it does.
@@ -76,6 +84,9 @@ impl Simulation {
                     if radau.control.failed(time, step).is_err() {
                         return Err(error);
                     }
+                    if radau.control.is_stuck(step) && state.earlier_step > 0.0 {
+                        radau.begin_crossing(system, state, step);
+                    }
                 }
                 Err(other) => return Err(other),
             }
@@ -84,7 +95,7 @@ impl Simulation {
         if ends_at_stop {
             (trial.time, trial.time_rest) = (stop, 0.0);
         }
-        radau.accept(system, state, step, trial);
+        radau.accept(&mut corrector.condensed, system, state, step, trial);
         self.accept(step, more)?;
         if ends_at_stop && jump <= stop {
             self.jump()?;

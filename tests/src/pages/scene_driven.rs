@@ -108,6 +108,7 @@ fn scene_table(rows: &[&Row]) -> String {
                 row.tolerance()
                     .map_or("–".to_owned(), |tolerance| format!("{tolerance:.0e}")),
                 run["coordinates"].to_string(),
+                text(run, "integrator").to_owned(),
                 format!("{:.2e}", number(run, "used_step")),
                 format!("{:.0}", number(row.prepared, "file_bytes") / 1024.0),
                 format!("{:.2}", number(row.prepared, "preparation_seconds")),
@@ -122,7 +123,8 @@ fn scene_table(rows: &[&Row]) -> String {
             "model",
             "tolerance",
             "coordinates",
-            "step [s]",
+            "integrator",
+            "mean step [s]",
             "files [KiB]",
             "made in [s]",
             "s per simulated s",

@@ -17,7 +17,7 @@ use crate::simulate::component_reduction::{self, Reduced, create, reduce_compone
 use crate::simulate::replace;
 use crate::simulate::scene::{check_tolerance, is_interrupted, watch_for_interruption};
 use crate::simulate::study::monitor;
-use dcb_formats::scene::{InertiaChange, Scene};
+use dcb_formats::scene::{InertiaChange, Integrator, Scene};
 use dcb_runtime::error::Error;
 use dcb_runtime::run::refuse_inputs;
 use dcb_workflow::prepare::{FieldSamples, Integration, Prepared, PreparedFile, prepare, write};
@@ -43,7 +43,7 @@ pub struct PrepareArguments {
     /// Time at which the runs of the preparation end [default: the scene's].
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     end: Option<f64>,
-    /// Adapt the integrator too: a coarser iteration, and steps up to 16 times as long, as far as the tolerance allows.
+    /// Adapt the integrator too, as far as the tolerance allows: a coarser iteration and steps up to 16 times as long, or radau.
     #[arg(long)]
     adapt_integrator: bool,
     /// Folder of the prepared scene [default: SCENE.prepared].
@@ -121,7 +121,13 @@ pub fn run(arguments: &PrepareArguments, common: &CommonArguments) -> Result<Out
     };
     report(&prepared, &files, tolerance, &seconds, folder)?;
     Ok(Outcome::done(
-        told(&prepared, &files, tolerance, folder, common.detail()) + &fields.told(&subject),
+        told(
+            &prepared,
+            &files,
+            (tolerance, integration),
+            folder,
+            common.detail(),
+        ) + &fields.told(&subject),
     ))
 }
 
@@ -178,8 +184,7 @@ fn report(
         "error": prepared.error,
         "coordinates": prepared.coordinates,
         "of_coordinates": prepared.reference.elastic,
-        "step": prepared.narrowed.scene.integrator.map(|integrator| integrator.step),
-        "iteration_tolerance": prepared.narrowed.scene.integrator.map(|integrator| integrator.tolerance),
+        "integrator": prepared.narrowed.scene.integrator,
         "left_out": left_out,
         "inertia_change": simpler_inertia(&prepared.narrowed.scene).collect::<BTreeMap<_, _>>(),
         "trials": trials,
@@ -199,10 +204,22 @@ fn simpler_inertia(scene: &Scene) -> impl Iterator<Item = (&str, &'static str)> 
     })
 }
 
+/// A method and how finely it integrates.
+fn described(integrator: &Integrator, time: &str) -> String {
+    let name = integrator.method.name();
+    match integrator.is_radau() {
+        true => format!("{name}, accuracy {:.1e}", integrator.tolerance),
+        false => format!(
+            "{name}, steps of {:.3e} {time}, iteration to {:.0e}",
+            integrator.step, integrator.tolerance
+        ),
+    }
+}
+
 fn told(
     prepared: &Prepared,
     files: &[PreparedFile],
-    tolerance: f64,
+    (tolerance, integration): (f64, Integration),
     folder: &Path,
     detail: Detail,
 ) -> String {
@@ -216,6 +233,14 @@ fn told(
     // Writing to a string doesn't fail.
     for (name, inertia) in simpler_inertia(&prepared.narrowed.scene) {
         let _ = writeln!(text, "inertia of body {name:?}: {inertia}");
+    }
+    let scene = &prepared.narrowed.scene;
+    if let (Integration::Adapted, Some(integrator)) = (integration, &scene.integrator) {
+        let _ = writeln!(
+            text,
+            "integrator: {}",
+            described(integrator, &scene.units.time)
+        );
     }
     for file in files {
         let _ = writeln!(

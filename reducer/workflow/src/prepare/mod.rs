@@ -106,7 +106,7 @@ pub fn prepare(
     let start = unless_stopped!(trials.simplest_inertia(start, INERTIA * tolerance)?);
     let starts = match integration {
         Integration::OfScene => vec![start],
-        Integration::Adapted => unless_stopped!(trials.longer_steps(start, limit)?),
+        Integration::Adapted => unless_stopped!(adapted(&trials, start, tolerance)?),
     };
     let (start, found) = unless_stopped!(cheapest(&trials, &starts, limit)?);
     Ok(Some(Prepared {
@@ -131,18 +131,28 @@ fn first_good_enough(
     let (pruned, limit) = (PRUNED * tolerance, SHARE * tolerance);
     if let Some(pruning) = Pruning::without_krylov_columns(scene, open, pruned)? {
         let start = unless_stopped!(trials.start(scene, &pruning)?);
-        if start.error <= limit {
+        if start.run.error <= limit {
             return Ok(Some((pruning, start)));
         }
     }
     let pruning = Pruning::of(scene, open, pruned)?;
     let start = unless_stopped!(trials.start(scene, &pruning)?);
-    if start.error <= limit {
+    if start.run.error <= limit {
         return Ok(Some((pruning, start)));
     }
     let pruning = Pruning::nothing(scene, open)?;
     let start = unless_stopped!(trials.start(scene, &pruning)?);
     Ok(Some((pruning, start)))
+}
+
+/// The scene as it is integrated, with the longest steps that are good enough, and by radau. `None` if the user stopped it.
+fn adapted(trials: &Trials, start: Start, tolerance: f64) -> Result<Option<Vec<Start>>, Error> {
+    let limit = SHARE * tolerance;
+    let by_accuracy = unless_stopped!(trials.by_accuracy(&start, tolerance, limit)?);
+    let mut starts = unless_stopped!(trials.longer_steps(start, limit)?);
+    starts = starts.split_off(starts.len().saturating_sub(LONGEST_TRIED));
+    starts.extend(by_accuracy);
+    Ok(Some(starts))
 }
 
 /// The start and the coordinates with which a run takes the least time.
@@ -153,7 +163,7 @@ fn cheapest<'a>(
     limit: f64,
 ) -> Result<Option<(&'a Start, Found)>, Error> {
     let mut best: Option<(&Start, Found)> = None;
-    for start in starts.iter().rev().take(LONGEST_TRIED) {
+    for start in starts.iter().rev() {
         let found = unless_stopped!(trials.fewest(start, limit)?);
         let work = start.work(found.coordinates);
         if !(best.as_ref()).is_some_and(|(start, best)| start.work(best.coordinates) <= work) {

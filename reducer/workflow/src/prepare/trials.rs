@@ -3,6 +3,7 @@
 use std::cell::Cell;
 
 use super::activity::Activity;
+use super::integration::iteration_cost;
 use super::ranking::{Coordinate, Flexible, Ranking};
 use crate::scene_study::Subject;
 use crate::scene_study::comparison::{Distance, places, scale};
@@ -36,13 +37,22 @@ pub(super) struct Start {
     pub narrowed: NarrowedScene,
     bodies: Vec<Flexible>,
     ranking: Ranking,
-    /// Cost of a step beside that of elastic coordinates, in coordinates.
+    /// Cost of an iteration beside that of elastic coordinates, in coordinates.
     overhead: f64,
-    /// Its error.
-    pub error: f64,
+    /// How it went.
+    pub run: Made,
 }
 
-/// Cost of a rigid degree of freedom or a row in a step, in elastic coordinates. Seen on mechanisms of three and six bodies in space: as much as 90 coordinates for
+/// How a run went.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Made {
+    /// Largest distance of an output from the run with everything, relative to its range there; infinite where the run doesn't come to its end.
+    pub error: f64,
+    /// Newton iterations.
+    iterations: usize,
+}
+
+/// Cost of a rigid degree of freedom or a row in an iteration, in elastic coordinates. Seen on mechanisms of three and six bodies in space: as much as 90 coordinates for
 /// 36 degrees of freedom and rows, and as 104 for 72.
 const RIGID: f64 = 2.0;
 
@@ -67,13 +77,13 @@ impl Trials<'_> {
         let rigid = system.dof_count() - system.coordinate_count() + system.rows.len();
         let mut activity = Activity::default();
         let mut watch = |simulation: &Simulation| activity.watch(simulation);
-        let error = self.error(&narrowed, coordinates(&bodies), &mut watch)?;
-        Ok(error.map(|error| Start {
+        let made = self.run(&narrowed, coordinates(&bodies), &mut watch)?;
+        Ok(made.map(|run| Start {
             ranking: Ranking::of(&bodies, &activity),
             narrowed,
             bodies,
             overhead: RIGID * rigid as f64,
-            error,
+            run,
         }))
     }
 
@@ -91,9 +101,9 @@ impl Trials<'_> {
                 let Some(narrowed) = start.with_inertia(places, change) else {
                     continue;
                 };
-                let error = unless_stopped!(self.error_with_all(&start, &narrowed)?);
-                if error <= tolerance {
-                    (start.narrowed, start.error) = (narrowed, error);
+                let run = unless_stopped!(self.run_with_all(&start, &narrowed)?);
+                if run.error <= tolerance {
+                    (start.narrowed, start.run) = (narrowed, run);
                     break;
                 }
             }
@@ -104,7 +114,7 @@ impl Trials<'_> {
     /// The fewest coordinates in the order of the ranking, then the fewest attachments and the fewest modes among them.
     /// `None` if the user stopped it.
     pub fn fewest(&self, start: &Start, tolerance: f64) -> Result<Option<Found>, Error> {
-        let (mut chosen, mut error) = (start.ranking.clone(), start.error);
+        let (mut chosen, mut error) = (start.ranking.clone(), start.run.error);
         let mut trials = Vec::new();
         let any = |_: Coordinate| true;
         let attachment = |coordinate: Coordinate| coordinate == Coordinate::Attachment;
@@ -118,9 +128,10 @@ impl Trials<'_> {
                 error,
                 tolerance,
                 PRECISION,
-                |count| {
+                |count| -> Result<_, Error> {
                     let narrowed = start.with(&candidate(count))?;
-                    self.error(&narrowed, others + count, &mut |_| {})
+                    let made = self.run(&narrowed, others + count, &mut |_| {})?;
+                    Ok(made.map(|made| made.error))
                 },
             )?;
             let searched = unless_stopped!(searched);
@@ -140,55 +151,58 @@ impl Trials<'_> {
         }))
     }
 
-    /// The error of a scene with all coordinates of a start. `None` if the user stopped it.
-    pub fn error_with_all(
+    /// A run of a scene with all coordinates of a start. `None` if the user stopped it.
+    pub fn run_with_all(
         &self,
         start: &Start,
         narrowed: &NarrowedScene,
-    ) -> Result<Option<f64>, Error> {
-        self.error(narrowed, coordinates(&start.bodies), &mut |_| {})
+    ) -> Result<Option<Made>, Error> {
+        self.run(narrowed, coordinates(&start.bodies), &mut |_| {})
     }
 
-    /// Largest distance of an output from the run with everything, relative to its range there; infinite where the run doesn't come to
-    /// its end. `None` if the user stopped it.
-    fn error(
+    /// A run, compared with that with everything. `None` if the user stopped it.
+    fn run(
         &self,
         narrowed: &NarrowedScene,
         coordinates: usize,
         watch: &mut dyn FnMut(&Simulation),
-    ) -> Result<Option<f64>, Error> {
+    ) -> Result<Option<Made>, Error> {
         self.made.set(self.made.get() + 1);
         self.monitor.tell(&format!("{coordinates} coordinates"));
         self.monitor.expect(motion::steps_of(&narrowed.scene)?);
         let made = motion::follow(self.subject, narrowed, self.grid, self.monitor, watch)?;
         let (course, trace) = unless_stopped!(made);
+        let made = |error: f64| Made {
+            error,
+            iterations: course.iterations,
+        };
         if course.stopped.is_some() {
-            return Ok(Some(f64::INFINITY));
+            return Ok(Some(made(f64::INFINITY)));
         }
         let columns = places(&self.subject.quantities).into_iter();
         let errors = columns.filter_map(|columns| {
             let scale = scale(self.expected, columns.clone())?;
             Some(Distance::between(&trace, self.expected, columns).maximum / scale)
         });
-        Ok(Some(errors.fold(0.0, f64::max)))
+        Ok(Some(made(errors.fold(0.0, f64::max))))
     }
 }
 
 impl Start {
-    /// The same coordinates in another scene, with its error.
-    pub fn of(&self, narrowed: NarrowedScene, error: f64) -> Self {
+    /// The same coordinates in another scene, and how that went.
+    pub fn of(&self, narrowed: NarrowedScene, run: Made) -> Self {
         Self {
             narrowed,
-            error,
+            run,
             ..self.clone()
         }
     }
 
-    /// How much a run of given length takes with so many elastic coordinates, in an arbitrary unit.
+    /// How much a run takes with so many elastic coordinates, in an arbitrary unit.
     pub fn work(&self, coordinates: usize) -> f64 {
         let integrator = self.narrowed.scene.integrator;
-        let step = integrator.map_or(1.0, |integrator| integrator.step);
-        (self.overhead + coordinates as f64) / step
+        let of_method = integrator.map_or(1.0, |integrator| iteration_cost(integrator.method));
+        (self.overhead + coordinates as f64) * of_method * self.run.iterations as f64
     }
 
     /// Coordinates that have to stay whatever is chosen.

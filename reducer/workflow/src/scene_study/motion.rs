@@ -6,7 +6,6 @@ use serde::{Deserialize, Serialize};
 
 use super::grid::{Grid, Sampler, Trace};
 use super::monitor::Monitor;
-use super::setting::interval;
 use super::subject::{Quantity, Subject};
 use dcb_demand::SuperelementFiles;
 use dcb_demand::pruning::NarrowedScene;
@@ -14,9 +13,12 @@ use dcb_formats::scene::{Compatibility, Integrator, Scene, Scheme};
 use dcb_runtime::error::Error;
 use dcb_runtime::integrator::Effort;
 use dcb_runtime::integrator::equal_steps::EqualSteps;
+use dcb_runtime::model::timetable::{Due, Timetable};
 use dcb_runtime::model::{Model, RecordedStep, Recorder};
 use dcb_runtime::run::rule;
-use dcb_runtime::run::transient::{imbalance_warning, resolution_warning, rounding_warning};
+use dcb_runtime::run::transient::{
+    Stepping, imbalance_warning, resolution_warning, rounding_warning,
+};
 use dcb_runtime::simulation::Simulation;
 use dcb_runtime::watch::compatibility_window::WeakWindow;
 use dcb_runtime::watch::energy_balance::EnergyBalance;
@@ -28,6 +30,8 @@ const LONG_ENOUGH: f64 = 0.3;
 const MOST_RUNS: u32 = 5;
 /// Steps between two looks at whether to stop.
 const STEPS_BETWEEN_LOOKS: u64 = 256;
+/// What a run whose steps follow an accuracy counts as in a progress, in steps: they aren't known before.
+const STEPS_OF_ACCURACY: u64 = 256;
 
 /// How a run went.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -78,8 +82,6 @@ pub fn follow(
         Ok(false) => Ok(None),
         Err(error @ (Error::File(_) | Error::OutOfMemory)) => Err(error),
         Err(error) => {
-            let counted = course.steps / STEPS_BETWEEN_LOOKS * STEPS_BETWEEN_LOOKS;
-            monitor.advance(steps_of(&narrowed.scene)? - counted);
             course.stopped = Some(error.to_string());
             Ok(Some((course, trace)))
         }
@@ -110,7 +112,18 @@ fn attempt(
     let scene = &narrowed.scene;
     let widths = subject.quantities.iter().map(Quantity::width);
     let width: usize = widths.sum();
-    let mut sampler = Sampler::new(grid, step_of(scene)?.step, width);
+    let integrator = integrator_of(scene)?;
+    // A motion that follows an accuracy is looked at where the times of the grid are.
+    let step = match integrator.is_radau() {
+        true => grid.spacing,
+        false => integrator.step,
+    };
+    let mut sampler = Sampler::new(grid, step, width);
+    let mut progress = Progress {
+        monitor,
+        expected: steps_of(scene)?,
+        told: 0,
+    };
     let outcome = begin(narrowed, &mut course).and_then(|(simulation, recorder)| {
         let mut run = TimedRun {
             validity: Validity::of(simulation.system(), simulation.state()),
@@ -121,20 +134,23 @@ fn attempt(
             values: Vec::with_capacity(width),
             sampler: &mut sampler,
             course: &mut course,
+            progress: &mut progress,
             watch,
         };
         for quantity in &subject.quantities {
             run.places.extend(quantity.places(&run.recorder)?);
         }
-        run.integrate(scene, grid, monitor)
+        run.integrate(&scene.units.time, &integrator, grid)
     });
+    if !matches!(outcome, Ok(false)) {
+        progress.finish();
+    }
     Ok((course, sampler.finish(), outcome))
 }
 
 /// Measures how long integrating takes, recording nothing; `None` if the user stopped it. Nothing else should run meanwhile.
 pub fn time(scene: &Scene, monitor: &Monitor) -> Result<Option<Timing>, Error> {
-    let integrator = step_of(scene)?;
-    let steps = equal_steps(&integrator);
+    let integrator = integrator_of(scene)?;
     let (mut simulation, _) = start(Model::load(scene)?, scene)?;
     let drawn = simulation.save();
     let mut timing = Timing {
@@ -147,11 +163,15 @@ pub fn time(scene: &Scene, monitor: &Monitor) -> Result<Option<Timing>, Error> {
         simulation.restore(&drawn)?;
         let (before, _) = simulation.effort();
         let clock = Instant::now();
-        for index in 1..=steps.count() {
-            simulation.step_equally(&steps, index)?;
-            if index % STEPS_BETWEEN_LOOKS == 0 && monitor.is_stopped() {
-                return Ok(None);
-            }
+        let mut stepping = Stepping::of(&integrator, simulation.system());
+        let mut made: u64 = 0;
+        let is_stopped =
+            |made: u64| made.is_multiple_of(STEPS_BETWEEN_LOOKS) && monitor.is_stopped();
+        while let Some(_) = stepping.advance(&mut simulation, || is_stopped(made))? {
+            made += 1;
+        }
+        if simulation.state().time < integrator.end {
+            return Ok(None);
         }
         let seconds = clock.elapsed().as_secs_f64();
         timing.seconds = timing.seconds.min(seconds);
@@ -163,13 +183,36 @@ pub fn time(scene: &Scene, monitor: &Monitor) -> Result<Option<Timing>, Error> {
     Ok(Some(timing))
 }
 
-/// Steps that a run of this scene takes.
+/// Steps that a run of this scene counts as in a progress.
 pub fn steps_of(scene: &Scene) -> Result<u64, Error> {
-    Ok(equal_steps(&step_of(scene)?).count())
+    let integrator = integrator_of(scene)?;
+    Ok(match integrator.is_radau() {
+        true => STEPS_OF_ACCURACY,
+        false => EqualSteps::new(integrator.step, integrator.end).count(),
+    })
+}
+
+/// How far a run is, told to a monitor.
+struct Progress<'a> {
+    monitor: &'a Monitor,
+    expected: u64,
+    told: u64,
+}
+
+impl Progress<'_> {
+    fn reach(&mut self, steps: u64) {
+        self.monitor.advance(steps.saturating_sub(self.told));
+        self.told = self.told.max(steps);
+    }
+
+    /// Steps that won't be made count, too.
+    fn finish(&mut self) {
+        self.reach(self.expected);
+    }
 }
 
 /// A run that is sampled.
-struct TimedRun<'a> {
+struct TimedRun<'a, 'm> {
     simulation: Simulation,
     recorder: Recorder,
     validity: Validity,
@@ -179,21 +222,43 @@ struct TimedRun<'a> {
     values: Vec<f64>,
     sampler: &'a mut Sampler,
     course: &'a mut Course,
+    progress: &'a mut Progress<'m>,
     watch: &'a mut dyn FnMut(&Simulation),
 }
 
-impl TimedRun<'_> {
+impl TimedRun<'_, '_> {
     /// Whether the end was reached; else the user stopped it.
-    fn integrate(&mut self, scene: &Scene, grid: Grid, monitor: &Monitor) -> Result<bool, Error> {
-        let integrator = step_of(scene)?;
-        let stride = grid.steps_between(integrator.step).unwrap_or(1);
-        let steps = equal_steps(&integrator);
-        let count = steps.count();
+    fn integrate(
+        &mut self,
+        unit_of_time: &str,
+        integrator: &Integrator,
+        grid: Grid,
+    ) -> Result<bool, Error> {
         self.sample()?;
+        let is_whole = match integrator.is_radau() {
+            true => self.follow_accuracy(integrator.end, grid)?,
+            false => self.follow_steps(integrator, grid)?,
+        };
+        if !is_whole {
+            return Ok(false);
+        }
+        let mean_step = integrator.end / self.course.steps.max(1) as f64;
+        let warnings = &mut self.course.warnings;
+        warnings.extend(resolution_warning(&self.simulation, unit_of_time));
+        warnings.extend(rounding_warning(&self.simulation, mean_step, unit_of_time));
+        warnings.extend(imbalance_warning(&self.balance));
+        Ok(true)
+    }
+
+    /// Equal steps, looked at where times of the grid are, or after each of them.
+    fn follow_steps(&mut self, integrator: &Integrator, grid: Grid) -> Result<bool, Error> {
+        let stride = grid.steps_between(integrator.step).unwrap_or(1);
+        let steps = EqualSteps::new(integrator.step, integrator.end);
+        let count = steps.count();
         for index in 1..=count {
             if index % STEPS_BETWEEN_LOOKS == 0 {
-                monitor.advance(STEPS_BETWEEN_LOOKS);
-                if monitor.is_stopped() {
+                self.progress.reach(index);
+                if self.progress.monitor.is_stopped() {
                     return Ok(false);
                 }
             }
@@ -204,15 +269,36 @@ impl TimedRun<'_> {
                 self.sample()?;
             }
         }
-        monitor.advance(count % STEPS_BETWEEN_LOOKS);
-        let warnings = &mut self.course.warnings;
-        warnings.extend(resolution_warning(&self.simulation, &scene.units.time));
-        warnings.extend(rounding_warning(
-            &self.simulation,
-            integrator.step,
-            &scene.units.time,
-        ));
-        warnings.extend(imbalance_warning(&self.balance));
+        Ok(true)
+    }
+
+    /// Steps as long as the accuracy allows, looked at within them.
+    fn follow_accuracy(&mut self, end: f64, grid: Grid) -> Result<bool, Error> {
+        let mut times = Timetable::every(grid.spacing);
+        times.take(0.0);
+        while self.simulation.state().time < end {
+            if self.progress.monitor.is_stopped() {
+                return Ok(false);
+            }
+            let (step, effort) = self.simulation.step_towards(end)?;
+            self.course.steps += 1;
+            self.course.iterations += effort.iterations;
+            let now = self.simulation.state().time;
+            self.progress
+                .reach((now / end * STEPS_OF_ACCURACY as f64) as u64);
+            while let Some(due) = times.take(now) {
+                if let Due::Within(time) = due {
+                    let state = self.simulation.look_within(time);
+                    let seen = RecordedStep::within(&mut self.simulation, &state, step, effort);
+                    let row = self.recorder.row(&seen);
+                    self.values.clear();
+                    self.values
+                        .extend(self.places.iter().map(|place| row[*place]));
+                    self.sampler.take(time, &self.values);
+                }
+            }
+            self.sample()?;
+        }
         Ok(true)
     }
 
@@ -246,7 +332,7 @@ fn begin(narrowed: &NarrowedScene, course: &mut Course) -> Result<(Simulation, R
     course.rows = model.system.rows.len();
     let (simulation, recorder) = start(model, scene)?;
     if scene.compatibility == Compatibility::Weak {
-        let integrator = step_of(scene)?;
+        let integrator = integrator_of(scene)?;
         if let Some(scheme) = Scheme::of(integrator.method) {
             let window = WeakWindow::of(simulation.system(), simulation.state(), &scheme);
             let count = window.negative_eigenvalue_count;
@@ -272,21 +358,14 @@ fn start(model: Model, scene: &Scene) -> Result<(Simulation, Recorder), Error> {
         held,
         ..
     } = model;
-    let rule = rule(&step_of(scene)?);
+    let rule = rule(&integrator_of(scene)?);
     let (simulation, _) =
         Simulation::start_holding(system, drawn, rule, scene.redundant_constraints, &held)?;
     Ok((simulation, recorder))
 }
 
-fn step_of(scene: &Scene) -> Result<Integrator, Error> {
-    let missing = || Error::described("integrator", "is missing");
-    let mut integrator = scene.integrator.ok_or_else(missing)?;
-    if integrator.is_radau() {
-        integrator.step = interval(integrator.end);
-    }
-    Ok(integrator)
-}
-
-fn equal_steps(integrator: &Integrator) -> EqualSteps {
-    EqualSteps::new(integrator.step, integrator.end)
+fn integrator_of(scene: &Scene) -> Result<Integrator, Error> {
+    scene
+        .integrator
+        .ok_or_else(|| Error::described("integrator", "is missing"))
 }

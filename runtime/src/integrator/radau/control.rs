@@ -21,6 +21,15 @@ const CUT_AFTER_FAILURE: f64 = 0.4;
 /// Where the iteration failed, the next steps stay below that length by this.
 const BELOW_FAILURE: f64 = 0.8;
 const REMEMBERED: usize = 10;
+/// What a step that was made takes off the number of those whose iteration failed.
+const MADE: f64 = 0.25;
+/// More failures than that, less what steps between them took off, at steps shorter than [`SHRUNK`] of the longest one lately, where the joints' system enlarges
+/// what it solves for [`ENLARGED`] times as much as lately: shorter steps won't get past what they fail at.
+const STUCK: f64 = 1.9;
+const SHRUNK: f64 = 0.2;
+const ENLARGED: f64 = 10.0;
+/// What is left after a step of the longest one lately; as much more may be usual.
+const FADING: f64 = 0.9;
 /// The shortest step, in parts of the longest or of the horizon.
 const SHORTEST: f64 = 1e-10;
 /// Angle by which an oscillation that a step follows turns in it for each stage, rad: its order is seen up to there.
@@ -46,6 +55,12 @@ pub(crate) struct StepControl {
     was_refused: bool,
     /// A length at which the iteration failed, and for how many steps that is kept in mind.
     failed: (f64, usize),
+    /// Failures of the iteration, less what steps since took off.
+    failures: f64,
+    /// The longest step lately.
+    usual: f64,
+    /// The largest force of a joint for a unit of acceleration, in the last step and at least lately.
+    force: [f64; 2],
 }
 
 impl StepControl {
@@ -63,6 +78,9 @@ impl StepControl {
             before: None,
             was_refused: false,
             failed: (f64::INFINITY, 0),
+            failures: 0.0,
+            usual: 0.0,
+            force: [0.0, f64::INFINITY],
         }
     }
 
@@ -99,6 +117,8 @@ impl StepControl {
     pub(super) fn forget(&mut self) {
         (self.next, self.before, self.was_refused) = (None, None, false);
         self.failed = (f64::INFINITY, 0);
+        (self.failures, self.usual) = (0.0, 0.0);
+        self.force = [0.0, f64::INFINITY];
     }
 
     /// Forgets how errors changed, after a jump.
@@ -166,7 +186,28 @@ impl StepControl {
         });
         self.before = is_whole.then_some((tried, relative.max(1e-2)));
         self.was_refused = false;
+        self.failures = (self.failures - MADE).max(0.0);
+        self.usual = tried.max(FADING * self.usual);
         Ok(true)
+    }
+
+    /// Whether shorter steps won't get past what the iteration fails at: near a dead centre they lead to it, each by a part of the way.
+    pub fn is_stuck(&self, tried: f64) -> bool {
+        let [now, least] = self.force;
+        self.failures > STUCK && tried < SHRUNK * self.usual && now > ENLARGED * least
+    }
+
+    /// Told about the largest force of a joint for a unit of acceleration in a step that was made.
+    pub fn saw_force(&mut self, force: f64) {
+        let [_, least] = self.force;
+        self.force = [force, force.min(least / FADING)];
+    }
+
+    /// Steps of another method took over, or ended, with steps of this length.
+    pub fn begin_anew(&mut self, step: f64) {
+        (self.next, self.before, self.was_refused) = (Some(step), None, false);
+        self.failed = (f64::INFINITY, 0);
+        self.failures = 0.0;
     }
 
     /// After a step whose iteration failed.
@@ -174,6 +215,7 @@ impl StepControl {
     /// # Errors
     /// [`Error::StepTooSmall`] if it was the shortest.
     pub fn failed(&mut self, time: f64, tried: f64) -> Result<(), Error> {
+        self.failures += 1.0;
         self.failed = (tried, REMEMBERED);
         self.refuse(time, tried, CUT_AFTER_FAILURE, f64::INFINITY)
     }

@@ -11,10 +11,15 @@ const CORRECTIONS: usize = 4;
 const SHRUNK: f64 = 0.3;
 /// Corrections below this part of the tolerance end it.
 const CLOSED: f64 = 1e-5;
+/// Velocities that have to change by more than this part of themselves belong to another motion, which meets this one at a dead centre.
+const ANOTHER_MOTION: f64 = 0.01;
 
 impl Radau {
     /// The trial state and its evaluation at the end of the step, with places and velocities that meet the constraints in the metric of the real
     /// factor.
+    ///
+    /// # Errors
+    /// [`Error::NotConverged`] where velocities belong to another motion, [`Error::Contradiction`], [`Error::LongTurn`], those of a factorization.
     pub(super) fn finish(
         &mut self,
         corrector: &mut Corrector,
@@ -22,18 +27,17 @@ impl Radau {
         start: &State,
         step: f64,
     ) -> Result<(), Error> {
+        // Its time is that of the end, or just before what jumps there.
         let last = self.stages.len() - 1;
         corrector.trial.copy_from(&self.stages[last].state);
-        let (time, rest) = start.time_after(step);
-        (corrector.trial.time, corrector.trial.time_rest) = (time, rest);
         corrector.evaluation.place(system, &corrector.trial);
         if !self.close(corrector, system) {
             // The factor is of other gradients: where a body resists turns far less than shifts, the joints' system turns with them.
             corrector.trial.copy_from(&self.stages[last].state);
-            (corrector.trial.time, corrector.trial.time_rest) = (time, rest);
             corrector.factor_here(system)?;
             self.close(corrector, system);
         }
+        let rounding = corrector.rounding(system) * self.scale.by_length();
         let Corrector {
             trial,
             evaluation,
@@ -50,7 +54,21 @@ impl Radau {
             *change = -defect.unwrap_or(0.0);
         }
         condensed.solve_positions(system, evaluation, changes, residual);
+        let change = self.scale.size(system, &condensed.step);
         condensed.add_step(system, evaluation, &mut trial.velocities);
+        let [before, after] = [&start.velocities, &trial.velocities]
+            .map(|velocities| self.scale.size(system, velocities));
+        let tolerance = self.accuracy.tolerance;
+        let allowed = ANOTHER_MOTION.max(tolerance) * before.max(after);
+        if change > allowed && change * step > (CLOSED * tolerance).max(rounding) {
+            return Err(Error::NotConverged {
+                time: trial.time,
+                iterations: 0,
+                residual: change * step,
+                tolerance: allowed * step,
+                worst: corrector.worst_body(system),
+            });
+        }
         evaluation.add_velocities(system, trial);
         evaluation.add_accelerations(system, trial);
         for (index, row) in system.rows.iter().enumerate() {

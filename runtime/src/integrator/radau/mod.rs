@@ -13,6 +13,7 @@
 
 mod coefficients;
 mod control;
+mod crossing;
 mod dense;
 mod estimate;
 mod finish;
@@ -29,6 +30,7 @@ pub use coefficients::Stages;
 
 use self::coefficients::Coefficients;
 use self::control::StepControl;
+use self::crossing::Crossing;
 use self::scale::Scale;
 use self::stage::Stage;
 use super::newton::Corrector;
@@ -80,6 +82,10 @@ pub(crate) struct Radau {
     mass: Option<Box<Condensed>>,
     /// Times at which functions of time may jump, once they are known.
     jumps: Option<Vec<f64>>,
+    /// A dead centre that is being passed.
+    crossing: Option<Crossing>,
+    /// Whether the last step was one of it.
+    has_crossed: bool,
 }
 
 /// What a step leaves for the next one and for times within it.
@@ -142,6 +148,8 @@ impl Radau {
             contraction: 1.0,
             mass: None,
             jumps: None,
+            crossing: None,
+            has_crossed: false,
             coefficients,
             accuracy,
         })
@@ -152,6 +160,7 @@ impl Radau {
         self.forget_past();
         self.factored_step = None;
         self.contraction = 1.0;
+        self.crossing = None;
         self.control.forget();
     }
 
@@ -171,6 +180,7 @@ impl Radau {
         start: &State,
         (step, until): (f64, f64),
     ) -> Result<Made, Error> {
+        self.has_crossed = false;
         let mut watch = super::profile::Watch::start(corrector.profile.as_ref());
         self.predict(corrector, system, start, (step, until));
         watch.lap(&mut corrector.profile, Profile::of_prediction);
@@ -219,10 +229,31 @@ impl Radau {
         }
     }
 
+    /// Whether the last step was no step of its own, but one of passing a dead centre.
+    pub fn has_crossed(&self) -> bool {
+        self.has_crossed
+    }
+
     /// Accepts the step that was made last, to `end`: what comes next starts from it.
-    pub fn accept(&mut self, system: &System, start: &State, step: f64, end: &mut State) {
+    pub fn accept(
+        &mut self,
+        condensed: &mut Condensed,
+        system: &System,
+        start: &State,
+        step: f64,
+        end: &mut State,
+    ) {
         self.scale.look_at(system, end);
         self.scale.write_to(end);
+        if self.has_crossed {
+            return;
+        }
+        // Of a unit of acceleration: the factor's rows are of places.
+        let shift = self
+            .factored_step
+            .map_or(0.0, |step| step * self.coefficients.real.value);
+        let force = condensed.largest_force() * shift * shift;
+        self.control.saw_force(force);
         self.past.step = step;
         self.past.is_continued = true;
         self.past.accelerations[0].copy_from_slice(&start.accelerations);

@@ -60,4 +60,9 @@ impl Condensed {
     pub fn amplification(&mut self) -> f64 {
         self.joints.amplification(&mut self.force_step)
     }
+
+    /// About the largest force that a unit of change in all rows takes with the last factor.
+    pub fn largest_force(&mut self) -> f64 {
+        self.joints.largest_force(&mut self.force_step)
+    }
 }

@@ -29,6 +29,7 @@ use faer::{Conj, Mat, MatMut, Par, Spec};
 
 use super::number::Number;
 use super::redundancy::Redundancy;
+use crate::integrator::larger;
 
 /// Up to this many rows the system is inverted as a dense matrix; above, its sparsity pays.
 const DENSE_ROWS: usize = 24;
@@ -246,6 +247,23 @@ impl JointSystem {
             } else {
                 most.max(size)
             };
+        }
+        most
+    }
+
+    /// About the largest force that a unit of change in all rows takes, whatever their axes: it grows without bound where rows come to depend on each other.
+    /// `probe` is as above.
+    pub fn largest_force(&mut self, probe: &mut [f64]) -> f64 {
+        let mut most = 0.0_f64;
+        // At right angles to each other, in pairs of rows too: a direction that turns is seen by one of them.
+        for sign in [1.0, -1.0] {
+            for (row, entry) in probe.iter_mut().enumerate() {
+                *entry = if row % 2 == 0 { 1.0 } else { sign };
+            }
+            self.solve(probe);
+            for entry in probe.iter() {
+                most = larger(most, entry.abs());
+            }
         }
         most
     }

@@ -4,8 +4,9 @@ use std::f64::consts::PI;
 
 use dcb_formats::function::{Function, Interpolation, Table, TimeFunction};
 use dcb_formats::mesh::Dimension;
+use dcb_runtime::integrator::Rule;
 use dcb_runtime::integrator::adaptive::{AdaptiveStep, StepSize};
-use dcb_runtime::integrator::{Method, Rule};
+use dcb_runtime::integrator::radau::Accuracy;
 use dcb_runtime::simulation::Simulation;
 use dcb_runtime::system::builder::{Drawn, JointCoordinate};
 use dcb_runtime::system::{LoadAxes, Signal};
@@ -98,7 +99,7 @@ pub fn jump_of_a_drive_by_radau() -> HardCase {
 }
 
 /// A free block of 1 kg with a pulse on it at 0.5 s, a bell of half a millisecond.
-fn pushed_block(method: Method) -> Simulation {
+fn pushed_block(rule: impl Into<Rule>) -> Simulation {
     let mut scene = Scene::new(Dimension::Planar, Vector3::zeros());
     let block = rigid(Dimension::Planar, 1.0, Matrix3::identity(), &[[0.0; 3]]);
     let block = scene.body(&block, &Drawn::default());
@@ -113,17 +114,26 @@ fn pushed_block(method: Method) -> Simulation {
         [Some(bell), None, None],
         [None; 3],
     );
-    scene.start(method).0
+    scene.start(rule).0
+}
+
+/// A velocity by that which the pulse gives, less one.
+fn error_of_push(simulation: &Simulation) -> f64 {
+    let impulse = 400.0 * 0.0005 * PI.sqrt();
+    (simulation.state().velocities[0] / impulse - 1.0).abs()
+}
+
+/// What steps over the pulse come to.
+fn missed_pulse() -> String {
+    let mut coarse = pushed_block(method(0.8));
+    run(&mut coarse, 1.0, 501, |_| {});
+    let naive = error_of_push(&coarse);
+    assert!(naive > 0.2, "{naive}");
+    format!("a velocity wrong by {:.0} %", 100.0 * naive)
 }
 
 /// A pulse that is shorter than the step.
 pub fn impulsive_load() -> HardCase {
-    let impulse = 400.0 * 0.0005 * PI.sqrt();
-    let error = |simulation: &Simulation| (simulation.state().velocities[0] / impulse - 1.0).abs();
-    let mut coarse = pushed_block(method(0.8));
-    run(&mut coarse, 1.0, 501, |_| {});
-    let naive = error(&coarse);
-    assert!(naive > 0.2, "{naive}");
     let mut fine = pushed_block(method(0.8));
     let mut size = StepSize::new(AdaptiveStep {
         tolerance: 1e-9,
@@ -137,11 +147,31 @@ pub fn impulsive_load() -> HardCase {
         group: "dynamics",
         name: "impulsive_load",
         naive_method: "equal steps of 2 ms over a pulse of 0.5 ms",
-        naive: format!("a velocity wrong by {:.0} %", 100.0 * naive),
+        naive: missed_pulse(),
         ours: "adaptive steps no longer than the pulse; velocity from the impulse, relative".into(),
         error: Some(Bounded {
-            found: error(&fine),
+            found: error_of_push(&fine),
             bound: 1e-3,
+        }),
+    }
+}
+
+/// The same by accuracy, with no step longer than the pulse: the pulse is a formula, whose places nobody tells.
+pub fn impulsive_load_by_radau() -> HardCase {
+    let mut fine = pushed_block(Accuracy {
+        longest: 5e-4,
+        ..radau(1e-8)
+    });
+    run(&mut fine, 1.0, 1, |_| {});
+    HardCase {
+        group: "dynamics",
+        name: "impulsive_load_by_radau",
+        naive_method: "equal steps of 2 ms over a pulse of 0.5 ms",
+        naive: missed_pulse(),
+        ours: "steps no longer than the pulse; velocity from the impulse, relative".into(),
+        error: Some(Bounded {
+            found: error_of_push(&fine),
+            bound: 1e-7,
         }),
     }
 }

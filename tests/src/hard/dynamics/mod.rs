@@ -5,6 +5,7 @@ pub mod loops;
 pub mod motions;
 pub mod naive_constraints;
 pub mod scales;
+pub mod springs;
 pub mod step_rules;
 pub mod steps;
 pub mod weak_form_map;
@@ -19,17 +20,27 @@ pub fn cases() -> Vec<fn() -> HardCase> {
         steps::no_numerical_damping,
         steps::weak_form_below_its_window,
         steps::unscaled_newton_matrix,
+        steps::unscaled_newton_matrix_by_radau,
         steps::forces_far_from_the_origin,
+        steps::forces_far_from_the_origin_by_radau,
         weak_form_map::coarse_map,
         scales::mass_ratio_1e8,
-        scales::stiffness_ratio_1e10,
-        scales::bushing_on_steel,
+        scales::mass_ratio_1e8_by_radau,
+        springs::stiffness_ratio_1e10,
+        springs::stiffness_ratio_1e10_by_radau,
+        springs::bushing_on_steel,
+        springs::bushing_on_steel_by_radau,
         scales::force_of_a_pin,
+        scales::force_of_a_pin_by_radau,
         scales::micrometre_beside_kilometre,
+        scales::micrometre_beside_kilometre_by_radau,
         scales::attachments_of_rounding,
         loops::nearly_redundant_loop,
+        loops::nearly_redundant_loop_by_radau,
         loops::closed_ring,
+        loops::closed_ring_by_radau,
         loops::dead_centre,
+        loops::dead_centre_by_radau,
         motions::long_chain,
         motions::long_chain_by_radau,
         motions::whirling_bar,
@@ -39,6 +50,7 @@ pub fn cases() -> Vec<fn() -> HardCase> {
         events::jump_of_a_drive,
         events::jump_of_a_drive_by_radau,
         events::impulsive_load,
+        events::impulsive_load_by_radau,
         events::spin_through_the_first_frequency,
     ]
 }
