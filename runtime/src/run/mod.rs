@@ -149,6 +149,7 @@ pub fn rule(integrator: &Integrator) -> Rule {
         scene::Method::Radau { order, .. } => {
             return Rule::Radau(Accuracy {
                 tolerance: integrator.tolerance,
+                of_forces: integrator.force_tolerance().unwrap_or(f64::INFINITY),
                 stages: stages(order),
                 longest: integrator.step,
                 horizon: integrator.end,

@@ -22,7 +22,7 @@ use crate::system::System;
 use crate::watch::compatibility_window::WeakWindow;
 use crate::watch::energy_balance::EnergyBalance;
 use crate::watch::validity::Validity;
-use dcb_formats::scene::{self, Compatibility, Integrator, Record, Scene, Scheme};
+use dcb_formats::scene::{self, Compatibility, Integrator, Output, Record, Scene, Scheme};
 
 /// How a run went.
 #[derive(Clone, Debug, PartialEq)]
@@ -116,6 +116,8 @@ pub fn transient(
         met_singular: false,
         unit_of_time: scene.units.time.clone(),
         told_contacts: 0,
+        looks_at_forces: (scene.outputs.values())
+            .any(|output| matches!(output, Output::Reaction(_))),
     };
     if target.profiling == Profiling::Stages {
         simulation.start_profile();
@@ -165,6 +167,8 @@ pub fn transient(
 
 /// Rounding in the joints' forces beyond this part of them is told.
 const ROUNDING_TOLD: f64 = 1e-2;
+/// Errors of forces beyond this part of the largest are told where nobody held them.
+const FORCES_TOLD: f64 = 1e-2;
 /// A defect of the energy balance beyond this part of the largest stored energy is told.
 const IMBALANCE_TOLD: f64 = 0.05;
 
@@ -180,6 +184,8 @@ struct Run<'a> {
     unit_of_time: String,
     /// How many contacts have been told.
     told_contacts: usize,
+    /// Whether the scene asks for forces of joints.
+    looks_at_forces: bool,
 }
 
 impl Run<'_> {
@@ -245,10 +251,14 @@ impl Run<'_> {
         let (steps, _) = simulation.effort();
         let mean_step = time / steps.max(1) as f64;
         let resolution = resolution_warning(simulation, &self.unit_of_time);
+        let forces = (self.integrator.force_tolerance().is_none() && self.looks_at_forces)
+            .then(|| forces_warning(simulation))
+            .flatten();
         let rounding = rounding_warning(simulation, mean_step, &self.unit_of_time);
         for message in resolution
             .into_iter()
             .chain(rounding)
+            .chain(forces)
             .chain(imbalance_warning(&self.balance))
         {
             self.session.tell(observer, time, &message);
@@ -415,6 +425,16 @@ pub fn resolution_warning(simulation: &Simulation, time: &str) -> Option<String>
         fastest.step,
         fastest.advised_step()
     ))
+}
+
+/// Note on forces that miss oscillations of bodies which the accuracy of the motion doesn't ask for.
+fn forces_warning(simulation: &Simulation) -> Option<String> {
+    let error = simulation.error_of_forces();
+    (error.is_finite() && error > FORCES_TOLD).then(|| {
+        format!(
+            "forces of joints are off by about {error:.0e} of the largest in a step: the motion's tolerance lets stiff bodies ring as they like; `force_tolerance` of radau holds forces, too"
+        )
+    })
 }
 
 /// Note on forces that consist of rounding at steps of this size.

@@ -13,6 +13,14 @@ impl Simulation {
         self.feeling_inputs(|simulation| simulation.follow_towards(end))
     }
 
+    /// About how far off forces in bodies are by a single step, relative to the largest in each of them; zero of a method of steps of a length.
+    pub fn error_of_forces(&self) -> f64 {
+        match &self.stepper {
+            Stepper::Radau(radau) => radau.control.error_of_forces(),
+            Stepper::GeneralizedAlpha(_) => 0.0,
+        }
+    }
+
     /// Advances by a time, in as many steps as the accuracy needs. A step that fails leaves the motion at the last one that was made.
     pub(super) fn follow_over(&mut self, time: f64) -> Result<Effort, Error> {
         let (end, rest) = self.state.time_after(time);

@@ -41,6 +41,8 @@ pub struct State {
     pub residual_accelerations: Vec<f64>,
     /// Largest deflection of each body so far, a length, where steps follow an accuracy.
     pub deflections: Vec<f64>,
+    /// Largest forces that deflect each body so far, there: a norm, by √mass.
+    pub body_forces: Vec<f64>,
     /// Angles counted past half a turn.
     pub angles: Vec<f64>,
     /// Values of the inputs.
@@ -72,6 +74,7 @@ impl State {
             residual_rates: vec![0.0; system.residual_row_count()],
             residual_accelerations: vec![0.0; system.residual_row_count()],
             deflections: vec![0.0; bodies],
+            body_forces: vec![0.0; bodies],
             angles: vec![0.0; system.angle_count],
             inputs: system.inputs.iter().map(|(_, value)| *value).collect(),
             felt_inputs: system.inputs.iter().map(|(_, value)| *value).collect(),
@@ -99,6 +102,7 @@ impl State {
         self.residual_accelerations
             .copy_from_slice(&other.residual_accelerations);
         self.deflections.copy_from_slice(&other.deflections);
+        self.body_forces.copy_from_slice(&other.body_forces);
         self.angles.copy_from_slice(&other.angles);
         self.inputs.copy_from_slice(&other.inputs);
         self.felt_inputs.copy_from_slice(&other.felt_inputs);
@@ -124,6 +128,7 @@ impl State {
             residual_rates,
             residual_accelerations,
             deflections,
+            body_forces,
             angles,
             inputs,
             felt_inputs,
@@ -151,6 +156,7 @@ impl State {
             residual_rates,
             residual_accelerations,
             deflections,
+            body_forces,
             angles,
             inputs,
             felt_inputs,

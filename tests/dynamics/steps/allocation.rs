@@ -90,6 +90,7 @@ fn steps_do_not_allocate() {
     let [a, b] = [0, 1].map(|index| body.attachment(index).unwrap().position);
     let radau = Rule::from(Accuracy {
         tolerance: 1e-5,
+        of_forces: 1e-4,
         stages: Stages::Three,
         longest: f64::INFINITY,
         horizon: 1.0,

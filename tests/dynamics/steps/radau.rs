@@ -15,6 +15,7 @@ const BOTH: [Stages; 2] = [Stages::Three, Stages::Five];
 fn accuracy(tolerance: f64, stages: Stages) -> Accuracy {
     Accuracy {
         tolerance,
+        of_forces: f64::INFINITY,
         stages,
         longest: f64::INFINITY,
         horizon: 10.0,
@@ -86,6 +87,33 @@ fn tolerances_are_errors_of_the_motion() {
                     "{name} {stages:?} {tolerance:e}: {places:e}"
                 );
             }
+        }
+    }
+}
+
+/// Forces follow oscillations of stiff coordinates that the motion hardly sees.
+#[test]
+fn forces_follow_a_tolerance_of_their_own() {
+    let (reference, _) = run(flexible_pendulum(), accuracy(1e-12, Stages::Five), 1.0, 20);
+    for stages in BOTH {
+        let error = |of_forces: f64| {
+            let held = Accuracy {
+                of_forces,
+                ..accuracy(1e-2, stages)
+            };
+            let (states, steps) = run(flexible_pendulum(), held, 1.0, 20);
+            let [.., forces] = errors(&states, &reference);
+            println!("{stages:?} {of_forces:e}: {forces:e} in {steps} steps");
+            forces
+        };
+        let free = error(f64::INFINITY);
+        for tolerance in [1e-2, 1e-4, 1e-6] {
+            let held = error(tolerance);
+            assert!(
+                held < 100.0 * tolerance,
+                "{stages:?} {tolerance:e}: {held:e}"
+            );
+            assert!(held < free, "{stages:?} {tolerance:e}: {held:e} {free:e}");
         }
     }
 }

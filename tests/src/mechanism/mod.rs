@@ -110,6 +110,7 @@ pub fn start(system: System, state: State, rule: impl Into<Rule>) -> (Simulation
 pub fn radau(tolerance: f64) -> Accuracy {
     Accuracy {
         tolerance,
+        of_forces: f64::INFINITY,
         stages: Stages::Five,
         longest: f64::INFINITY,
         horizon: 10.0,

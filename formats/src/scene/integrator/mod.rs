@@ -54,6 +54,8 @@ pub enum Method {
         order: u32,
         /// Cycles per time unit of the fastest motion that parts are modelled for; `None` for all that their files have.
         highest_frequency: Option<f64>,
+        /// Error that the forces in bodies may have, relative to the largest in each; `None` where only the motion counts.
+        force_tolerance: Option<f64>,
     },
 }
 
@@ -124,6 +126,7 @@ impl Integrator {
             method: Method::Radau {
                 order: RADAU_ORDER,
                 highest_frequency: None,
+                force_tolerance: None,
             },
             step: end,
             tolerance,
@@ -151,10 +154,41 @@ impl Integrator {
         }
     }
 
+    /// Error that the forces in bodies may have, where the scene says so.
+    pub fn force_tolerance(&self) -> Option<f64> {
+        match self.method {
+            Method::Radau {
+                force_tolerance, ..
+            } => force_tolerance,
+            Method::GeneralizedAlpha { .. } | Method::Hht { .. } => None,
+        }
+    }
+
+    /// Lets Radau hold forces to this error, too.
+    pub fn hold_forces(&mut self, tolerance: f64) {
+        if let Method::Radau {
+            force_tolerance, ..
+        } = &mut self.method
+        {
+            *force_tolerance = Some(tolerance);
+        }
+    }
+
     fn check_radau(&self, order: u32) -> Result<(), Error> {
         let at = |key: &str| format!("integrator.radau.{key}");
         if let Some(frequency) = self.highest_frequency() {
             positive(&at("highest_frequency"), frequency)?;
+        }
+        if let Some(tolerance) = self.force_tolerance() {
+            positive(&at("force_tolerance"), tolerance)?;
+            if !(SMALLEST_TOLERANCE..=1.0).contains(&tolerance) {
+                return Err(Error::described(
+                    at("force_tolerance"),
+                    format!(
+                        "is {tolerance}, expected from {SMALLEST_TOLERANCE:e} to 1: the error of the forces in a body, relative to the largest in it"
+                    ),
+                ));
+            }
         }
         super::values::not_negative(&at("end"), self.end)?;
         positive(&at("tolerance"), self.tolerance)?;
@@ -357,6 +391,9 @@ struct RadauPart {
     /// Fastest motion that matters, cycles per time unit: parts are modelled up to it, and as stiff beyond it. All that their files have where absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     highest_frequency: Option<f64>,
+    /// Error that the forces in bodies, and so those of joints, may have, relative to the largest in each body so far. Only the motion counts where absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    force_tolerance: Option<f64>,
 }
 
 fn radau_tolerance() -> f64 {
@@ -410,6 +447,7 @@ impl From<IntegratorPart> for Integrator {
                 method: Method::Radau {
                     order: part.order,
                     highest_frequency: part.highest_frequency,
+                    force_tolerance: part.force_tolerance,
                 },
                 step: part.maximum_step.unwrap_or(part.end),
                 ..Self::radau(part.tolerance, part.end)
@@ -444,12 +482,14 @@ impl From<Integrator> for IntegratorPart {
             Method::Radau {
                 order,
                 highest_frequency,
+                force_tolerance,
             } => Self::Radau(RadauPart {
                 end,
                 tolerance,
                 maximum_step: (step != end).then_some(step),
                 order,
                 highest_frequency,
+                force_tolerance,
             }),
             Method::Hht { alpha } => Self::Hht(HhtPart {
                 step,

@@ -149,17 +149,55 @@ fn a_prepared_scene_keeps_its_outputs_with_fewer_coordinates() {
     }
 }
 
+/// Steps of generalized alpha become longer where radau can't integrate, the compatibility being static.
 #[test]
 fn longer_steps_stay_within_the_tolerance() {
     let folder = one_turn();
+    folder.set_scene("compatibility", json!("static"));
     folder.done("scene.json -o all.h5 --model everything");
-    folder.done("prepare scene.json --tolerance 2e-2 --adapt-integrator -o longer");
+    let told = folder
+        .done("prepare scene.json --tolerance 2e-2 --adapt-integrator -o longer")
+        .stdout;
+    says!(told, "integrator: generalized_alpha, steps of");
     let report = report(&folder, "longer");
-    let steps = number(&report["step"]) / 1.163_552_834_662_886_4e-5;
+    let step = number(&report["integrator"]["generalized_alpha"]["step"]);
+    let steps = step / 1.163_552_834_662_886_4e-5;
     assert!(steps > 1.5 && steps < 16.5, "{steps}");
     folder.done("longer/scene.json -o longer.h5 --model everything");
     let found = apart(&folder, ["longer.h5", "all.h5"], "midpoint_deflection");
     assert!(found <= 2e-2, "{found:e}");
+}
+
+/// Radau takes over from generalized alpha where it takes less time for the tolerance; rows stay where they were.
+#[test]
+fn radau_takes_over_where_it_is_faster() {
+    let folder = one_turn();
+    let mut bodies = folder.json("scene.json")["bodies"].clone();
+    bodies["rod"]["damping"] = json!({"modal": 0.02});
+    folder.set_scene("bodies", bodies);
+    let integrator = json!({"generalized_alpha": {"step": 3e-6, "end": 0.042}});
+    folder.set_scene("integrator", integrator);
+    folder.set_scene("record", json!({"every": 40}));
+    folder.done("scene.json -o all.h5 --model everything");
+    let told = folder
+        .done("prepare scene.json --tolerance 1e-4 --adapt-integrator -o faster")
+        .stdout;
+    says!(told, "integrator: radau, accuracy");
+    folder.done("faster/scene.json -o faster.h5 --model everything");
+    let claimed = number(&report(&folder, "faster")["error"]);
+    for output in ["midpoint_deflection", "crank_angle", "slider_position"] {
+        let found = apart(&folder, ["faster.h5", "all.h5"], output);
+        assert!(found <= 1e-4, "{output}: {found:e}");
+        assert!(
+            found <= 1.1 * claimed + 1e-9,
+            "{output}: {found:e} {claimed:e}"
+        );
+    }
+    let [all, faster] = ["all.h5", "faster.h5"].map(|name| {
+        let summary = folder.results_of(name).provenance("summary").unwrap();
+        number(&summary["newton_iterations"])
+    });
+    assert!(20.0 * faster < all, "{faster} {all}");
 }
 
 /// A scene that is integrated by accuracy is prepared as one by steps is, and keeps its integrator.

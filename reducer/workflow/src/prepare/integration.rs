@@ -2,7 +2,7 @@
 
 use super::trials::{Start, Trials};
 use dcb_demand::pruning::NarrowedScene;
-use dcb_formats::scene::{Compatibility, Integrator, Method, Record, Scene};
+use dcb_formats::scene::{Compatibility, Integrator, Method, Output, Record, Scene};
 use dcb_runtime::error::Error;
 
 /// Whether a preparation may change how the scene is integrated.
@@ -96,6 +96,10 @@ impl Trials<'_> {
         if start.narrowed.scene.compatibility != Compatibility::Strong {
             return Ok(Some(good));
         }
+        let outputs = &start.narrowed.scene.outputs;
+        let looks_at_forces = outputs
+            .values()
+            .any(|output| matches!(output, Output::Reaction(_)));
         for part in ACCURACIES {
             let accuracy = (part * tolerance).min(COARSEST);
             let Some(mut narrowed) = start.with_integrator(|integrator| {
@@ -107,6 +111,9 @@ impl Trials<'_> {
                     },
                     false => Integrator::radau(accuracy, integrator.end),
                 };
+                if looks_at_forces {
+                    integrator.hold_forces(accuracy);
+                }
                 is_coarser
             }) else {
                 break;

@@ -40,8 +40,12 @@ const OF_ESTIMATE: f64 = 0.1;
 /// The step to be tried next.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct StepControl {
-    /// What the estimate may be.
+    /// What the estimate may be, of places and of forces.
     allowed: f64,
+    allowed_of_forces: f64,
+    tolerances: [f64; 2],
+    /// One over the power of the estimate that the method's own error is.
+    power: f64,
     /// One over the order of the estimate's error.
     exponent: f64,
     /// Angle by which oscillations that the method follows turn in a step, rad.
@@ -61,15 +65,23 @@ pub(crate) struct StepControl {
     usual: f64,
     /// The largest force of a joint for a unit of acceleration, in the last step and at least lately.
     force: [f64; 2],
+    /// Error of forces in the step that was judged last, and in the worst one that was made.
+    lost_forces: f64,
+    worst_forces: f64,
 }
 
 impl StepControl {
     pub(super) fn of(accuracy: &Accuracy, stages: usize) -> Self {
         let s = stages as f64;
         // The method's own error is of the power 2s of the step, that of the estimate of the power s + 1.
-        let allowed = OF_ESTIMATE * accuracy.tolerance.powf((s + 1.0) / (2.0 * s));
+        let allowed = |tolerance: f64| OF_ESTIMATE * tolerance.powf((s + 1.0) / (2.0 * s));
         Self {
-            allowed,
+            allowed: allowed(accuracy.tolerance),
+            allowed_of_forces: allowed(accuracy.of_forces),
+            tolerances: [accuracy.tolerance, accuracy.of_forces],
+            power: (s + 1.0) / (2.0 * s),
+            lost_forces: 0.0,
+            worst_forces: 0.0,
             exponent: 1.0 / (s + 1.0),
             followed: FOLLOWED * s,
             longest: accuracy.longest,
@@ -84,14 +96,10 @@ impl StepControl {
         }
     }
 
-    /// What the estimate of a step's error may be.
-    pub(super) fn allowed(&self) -> f64 {
-        self.allowed
-    }
-
-    /// Takes coordinates whose own oscillation the step doesn't follow out of an error of places and of one of rates; the size of their part.
-    pub(super) fn take_unresolved(
-        &self,
+    /// An error of places and one of rates, in tolerances. Coordinates whose own oscillation the step doesn't follow are compared with the tolerance itself;
+    /// they are taken out of both.
+    pub(super) fn in_tolerances(
+        &mut self,
         system: &System,
         step: f64,
         scale: &Scale,
@@ -99,19 +107,32 @@ impl StepControl {
         rates: &mut [f64],
     ) -> f64 {
         let fastest = (self.followed / step).powi(2);
-        let mut lost: f64 = 0.0;
+        let [tolerance, of_forces] = self.tolerances;
+        let (mut lost, mut lost_forces): (f64, f64) = (0.0, 0.0);
         for (index, body) in system.bodies.iter().enumerate() {
             let own = body.velocities.start + 6..body.velocities.end;
-            let mut squares = 0.0;
+            let (mut squares, mut squares_of_forces) = (0.0, 0.0);
             for (at, stiffness) in own.zip(&body.flexible.stiffness) {
                 if *stiffness > fastest {
                     squares += places[at] * places[at];
+                    squares_of_forces += (stiffness * places[at]).powi(2);
                     (places[at], rates[at]) = (0.0, 0.0);
                 }
             }
-            lost = larger(lost, scale.deflection(index, squares.sqrt()));
+            lost = larger(lost, scale.deflection(index, squares.sqrt()) / tolerance);
+            let force = scale.force_in(index, squares_of_forces.sqrt());
+            lost_forces = larger(lost_forces, force);
         }
-        lost
+        let places_and_rates = scale.size(system, places).max(scale.size(system, rates));
+        let forces = scale.force(system, places);
+        self.lost_forces = lost_forces.max((forces / OF_ESTIMATE).powf(1.0 / self.power));
+        let followed = (places_and_rates / self.allowed).max(forces / self.allowed_of_forces);
+        followed.max(lost).max(lost_forces / of_forces)
+    }
+
+    /// Error of the forces in bodies by the worst step so far, relative to the largest forces: about, of one step.
+    pub fn error_of_forces(&self) -> f64 {
+        self.worst_forces
     }
 
     pub(super) fn forget(&mut self) {
@@ -187,6 +208,7 @@ impl StepControl {
         self.before = is_whole.then_some((tried, relative.max(1e-2)));
         self.was_refused = false;
         self.failures = (self.failures - MADE).max(0.0);
+        self.worst_forces = larger(self.worst_forces, self.lost_forces);
         self.usual = tried.max(FADING * self.usual);
         Ok(true)
     }

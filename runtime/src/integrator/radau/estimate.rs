@@ -15,7 +15,7 @@ use crate::integrator::newton::Corrector;
 use crate::system::{State, System};
 
 impl Radau {
-    /// The error of the places, and of the velocities times the step, whichever is larger, in [`super::scale::Scale`].
+    /// The error of the places, of the velocities times the step, or of the forces in bodies, whichever is largest, in tolerances.
     pub(super) fn estimate(
         &mut self,
         corrector: &mut Corrector,
@@ -71,10 +71,6 @@ impl Radau {
             *rate = step * shift * (after - place);
         }
         let places = &mut condensed.step;
-        let lost = self
-            .control
-            .take_unresolved(system, step, scale, places, rates);
-        let followed = scale.size(system, places).max(scale.size(system, rates));
-        (followed / self.control.allowed()).max(lost / self.accuracy.tolerance)
+        (self.control).in_tolerances(system, step, scale, places, rates)
     }
 }

@@ -140,8 +140,10 @@ impl Radau {
             complex,
             scratch,
             scale,
+            accuracy,
             ..
         } = self;
+        let of_forces = accuracy.tolerance / accuracy.of_forces;
         let condensed = &mut corrector.condensed;
         let shift = 1.0 / (step * coefficients.real.value);
         let [residual, changes] = real;
@@ -189,6 +191,9 @@ impl Radau {
             }
             let size = scale.size(system, place);
             largest = larger(size, largest);
+            if of_forces > 0.0 {
+                largest = larger(of_forces * scale.force(system, place), largest);
+            }
         }
         largest
     }

@@ -48,6 +48,8 @@ const LONGEST_TURN: f64 = 1.5;
 pub struct Accuracy {
     /// Error allowed, relative to the lengths of the bodies and to their largest deflections.
     pub tolerance: f64,
+    /// Error allowed of the forces that deflect bodies, relative to the largest in each of them; infinite where forces aren't looked at.
+    pub of_forces: f64,
     /// The method.
     pub stages: Stages,
     /// Longest step; infinite where nothing limits it.

@@ -2,15 +2,18 @@
 
 use super::stage::spin;
 use crate::integrator::larger;
-use crate::system::{State, System};
+use crate::system::{Body, State, System};
 
-/// Deflections below this part of a body's length are nothing.
+/// Deflections below this part of a body's length are nothing; nor are the forces that make them.
 const NO_DEFLECTION: f64 = 1e-9;
 
-/// Lengths by bodies: errors of places are compared with a body's length, those of the deflection with its largest deflection so far.
+/// Lengths by bodies: errors of places are compared with a body's length, those of the deflection with its largest deflection so far, and those of the
+/// forces in it with the largest so far.
 pub(super) struct Scale {
     lengths: Vec<f64>,
     deflections: Vec<f64>,
+    /// Forces as accelerations by √mass: those of interfaces and loads, by the coordinates' unit modal mass.
+    forces: Vec<f64>,
     /// 1/√mass by bodies.
     to_length: Vec<f64>,
 }
@@ -21,7 +24,12 @@ impl Scale {
         let smallest = 0.01 * if all > 0.0 { all } else { 1.0 };
         let bodies = &system.bodies;
         let lengths: Vec<f64> = bodies.iter().map(|b| b.length.max(smallest)).collect();
+        let no_force = |(body, length): (&Body, &f64)| {
+            let softest = body.flexible.stiffness.first().copied().unwrap_or(0.0);
+            NO_DEFLECTION * length * body.flexible.inertia.mass().sqrt() * softest
+        };
         Self {
+            forces: bodies.iter().zip(&lengths).map(no_force).collect(),
             deflections: lengths
                 .iter()
                 .map(|length| NO_DEFLECTION * length)
@@ -40,22 +48,33 @@ impl Scale {
         for ((deflection, known), length) in known.zip(&self.lengths) {
             *deflection = known.max(NO_DEFLECTION * length);
         }
+        for (force, known) in self.forces.iter_mut().zip(&state.body_forces) {
+            *force = known.max(*force);
+        }
     }
 
     /// What a state is to know of its past.
     pub fn write_to(&self, state: &mut State) {
         state.deflections.copy_from_slice(&self.deflections);
+        state.body_forces.copy_from_slice(&self.forces);
     }
 
-    /// Takes the deflections of a state into account, and those at which its forces would be at rest.
+    /// Takes the deflections and forces of a state into account, and the deflections at which its forces would be at rest.
     pub fn look_at(&mut self, system: &System, state: &State) {
         for (index, body) in system.bodies.iter().enumerate() {
             let y = &state.coordinates[body.coordinates.clone()];
-            let second = &state.accelerations[body.velocities.clone()][6..];
+            let (rigid, second) = state.accelerations[body.velocities.clone()].split_at(6);
+            let linear: f64 = rigid[..3].iter().map(|a| a * a).sum();
+            let mut force = body.flexible.inertia.mass() * linear;
             let (mut now, mut at_rest) = (0.0, 0.0);
             for ((y, second), stiffness) in y.iter().zip(second).zip(&body.flexible.stiffness) {
                 now += y * y;
                 at_rest += (y + second / stiffness).powi(2);
+                force += (stiffness * y + second).powi(2);
+            }
+            let force = force.sqrt();
+            if force.is_finite() {
+                self.forces[index] = self.forces[index].max(force);
             }
             let size = f64::max(now, at_rest).sqrt() * self.to_length[index];
             if size.is_finite() {
@@ -80,6 +99,26 @@ impl Scale {
     /// The size of a deflection of a body, given as a norm of its coordinates.
     pub fn deflection(&self, body: usize, norm: f64) -> f64 {
         norm * self.to_length[body] / self.deflections[body]
+    }
+
+    /// The size of what a change of deflections does to the forces in bodies, the worst of them.
+    pub fn force(&self, system: &System, change: &[f64]) -> f64 {
+        let mut largest: f64 = 0.0;
+        for (index, body) in system.bodies.iter().enumerate() {
+            let own = &change[body.velocities.clone()][6..];
+            let terms = own.iter().zip(&body.flexible.stiffness);
+            let squares: f64 = terms.map(|(y, stiffness)| (stiffness * y).powi(2)).sum();
+            largest = larger(self.force_in(index, squares.sqrt()), largest);
+        }
+        largest
+    }
+
+    /// The size of a force in a body, given as a norm of those of its coordinates.
+    pub fn force_in(&self, body: usize, norm: f64) -> f64 {
+        match norm > 0.0 {
+            true => norm / self.forces[body],
+            false => 0.0,
+        }
     }
 
     /// One over the shortest of the lengths.
