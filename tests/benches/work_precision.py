@@ -9,6 +9,8 @@ The mechanisms are those of `speed_against_error.py`, each with one reduced body
 chain of 16 soft connecting rods. The reference is `radau` of order 9 at 1e-11; how far order 5 at 1e-10 is from it is told. The error is the largest
 distance of the deflection (of the chain: of the last body's free end) over all recorded times, divided by the largest; the time is that of the
 integration alone, on one thread, the least of the rounds; tools take turns. Peers run within the same rounds. All carry every coordinate of the file.
+Forces are those of the joint at the flexible body, over the recorded times, by the largest; "with forces held" runs have a tolerance of 1e-2 for the motion and
+one for the forces.
 """
 import argparse
 import json
@@ -37,6 +39,9 @@ PEER_STEPS = [1000, 4000, 16000]
 WANTED = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8]
 # Name: number of modes.
 MODES = {"slider-crank": 5, "ivp-slider-crank": 8, "solid-slider-crank": 10, "spinning-plate": 10}
+# The joint whose force is looked at.
+JOINTS = {"slider-crank": "wrist", "ivp-slider-crank": "wrist", "solid-slider-crank": "wrist", "chain-16": "hinge1"}
+FORCE_TOLERANCES = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6]
 CHAIN = dict(runner.case(16, 16, soft=True), newton=["modified"])
 CHAIN_END = 0.1
 
@@ -50,7 +55,9 @@ def simulate(folder, scene, integrator, end, output):
     with h5py.File(results) as file:
         summary = json.loads(file["provenance"].attrs["summary"])
         deflection = file["outputs/" + output][:]
+        force = file["outputs/force"][:][:, :3] if "force" in scene["outputs"] else None
     return dict(
+        force=force,
         seconds=summary["integration_seconds"], steps=summary["steps"], newton_iterations=summary["newton_iterations"],
         jacobian_updates=summary["jacobian_updates"], deflection=deflection.reshape(len(deflection), -1),
     )
@@ -109,14 +116,23 @@ def error(found, reference, every=1):
     return float(distance.max() / np.linalg.norm(reference[:, :width] - reference[:1, :width], axis=1).max())
 
 
+def force_error(found, reference):
+    return float(np.linalg.norm(found - reference, axis=1).max() / np.linalg.norm(reference, axis=1).max())
+
+
 def study(name, rounds, peers, folder):
     scene, end, output, others = problem(name, folder)
+    if name in JOINTS:
+        scene["outputs"]["force"] = {"reaction": {"joint": JOINTS[name]}}
     best = simulate(folder, scene, {"radau": {"tolerance": 1e-11, "end": end, "order": 9}}, end, output)
     other = simulate(folder, scene, {"radau": {"tolerance": 1e-10, "end": end, "order": 5}}, end, output)
     reference = best["deflection"]
-    yield dict(kind="reference", problem=name, steps=best["steps"], uncertainty=error(other["deflection"], reference), end=end)
+    forces = {} if best["force"] is None else dict(force_uncertainty=force_error(other["force"], best["force"]))
+    yield dict(kind="reference", problem=name, steps=best["steps"], uncertainty=error(other["deflection"], reference), end=end, **forces)
     runs = {("radau9", tolerance): {"radau": {"tolerance": tolerance, "end": end, "order": 9}} for tolerance in TOLERANCES}
     runs |= {("radau5", tolerance): {"radau": {"tolerance": tolerance, "end": end, "order": 5}} for tolerance in TOLERANCES}
+    if name in JOINTS:
+        runs |= {("radau9-forces", tolerance): {"radau": {"tolerance": 1e-2, "force_tolerance": tolerance, "end": end}} for tolerance in FORCE_TOLERANCES}
     runs |= {("generalized-alpha", steps): {"generalized_alpha": {"step": end / steps, "end": end, "rho_infinity": RHO}} for steps in STEPS}
     runs |= {(tool, setting): None for tool, (_, settings) in (others.items() if peers else ()) for setting in settings}
     times, last = {}, {}
@@ -130,8 +146,9 @@ def study(name, rounds, peers, folder):
         expected, moved = reference, found["deflection"]
         if tool == "exudyn" and "slider" in name:
             moved, expected = mechanisms.in_plane(moved), mechanisms.in_plane(expected)
+        forces = {} if found.get("force") is None else dict(force_error=force_error(found["force"], best["force"]))
         yield dict(
-            kind="run", problem=name, tool=tool, setting=setting, seconds=min(times[tool, setting]), all_seconds=times[tool, setting],
+            kind="run", problem=name, tool=tool, setting=setting, **forces, seconds=min(times[tool, setting]), all_seconds=times[tool, setting],
             error=error(moved, expected, found.get("every", 1)), **{k: found[k] for k in ("steps", "newton_iterations", "jacobian_updates", "evaluations", "version") if k in found},
         )
 
@@ -150,6 +167,25 @@ def seconds_at(runs, wanted):
             at = float(np.exp((1 - x) * np.log(t1) + x * np.log(t2)))
             best = at if best is None else min(best, at)
     return best
+
+
+def forces_table(lines):
+    """What a tolerance of the motion and one of forces make of the forces of a joint."""
+    text = ["### Forces", "", "Force of the joint at the flexible body, largest error over the recorded times by the largest force, order 9. A stiff rod rings along itself by a millionth of its length: the motion's tolerance "
+            "doesn't see it, the force is made of it. `force_tolerance` holds it, and with it the motion.", "",
+            "| mechanism | tolerance | with `tolerance`: error of deflection | of force | s | with `force_tolerance`: error of deflection | of force | s |", "| --- | --- | --- | --- | --- | --- | --- | --- |"]
+    for name in JOINTS:
+        own = {(run["tool"], run["setting"]): run for run in lines if run["kind"] == "run" and run["problem"] == name}
+        for tolerance in FORCE_TOLERANCES:
+            cells = []
+            for tool in ("radau9", "radau9-forces"):
+                run = own[tool, tolerance]
+                cells += [f"{run['error']:.1e}", f"{run['force_error']:.1e}", digits(run["seconds"])]
+            text.append(f"| {name} | {tolerance:.0e} | {' | '.join(cells)} |")
+    uncertain = [f"{line['problem']} {line['force_uncertainty']:.0e}" for line in lines if line["kind"] == "reference" and "force_uncertainty" in line]
+    worst = {name: min(run["force_error"] for run in lines if run["kind"] == "run" and run["problem"] == name and run["tool"] == "generalized-alpha") for name in JOINTS}
+    return [*text, "", "`generalized_alpha` at its best step here: " + ", ".join(f"{name} {error:.0e}" for name, error in worst.items())
+            + ". How far forces of the two references differ: " + ", ".join(uncertain) + ".", ""]
 
 
 def digits(value):
@@ -216,6 +252,7 @@ def render(lines):
         plt.close(figure)
         text += [f"![work against precision of {name}](pictures/work-precision-{name}.svg)", "",
                  f"{name}: two references, of order 9 and of order 5, differ by {reference['uncertainty']:.1e}: smaller errors say no more. Simulated: {reference['end']:.4g} s.", ""]
+    text += forces_table(lines)
     text.append(END)
     with open(PAGE) as file:
         page = file.read()
