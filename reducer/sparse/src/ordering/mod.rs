@@ -13,12 +13,16 @@ mod supervariables;
 #[cfg(test)]
 mod fill;
 
-#[cfg(not(feature = "metis"))]
-#[path = "feral.rs"]
-mod dissection;
+// Tests compare it with METIS.
+#[cfg(any(not(feature = "metis"), test))]
+mod feral;
 #[cfg(feature = "metis")]
-#[path = "metis.rs"]
-mod dissection;
+mod metis;
+
+#[cfg(not(feature = "metis"))]
+use feral as dissection;
+#[cfg(feature = "metis")]
+use metis as dissection;
 
 pub use quotient::QuotientGraph;
 

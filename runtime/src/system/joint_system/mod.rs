@@ -29,7 +29,6 @@ use faer::{Conj, Mat, MatMut, Par, Spec};
 
 use super::number::Number;
 use super::redundancy::Redundancy;
-use crate::integrator::larger;
 
 /// Up to this many rows the system is inverted as a dense matrix; above, its sparsity pays.
 const DENSE_ROWS: usize = 24;
@@ -262,7 +261,11 @@ impl JointSystem {
             }
             self.solve(probe);
             for entry in probe.iter() {
-                most = larger(most, entry.abs());
+                // A maximum would drop what isn't a number.
+                most = match entry.is_nan() {
+                    true => f64::INFINITY,
+                    false => most.max(entry.abs()),
+                };
             }
         }
         most
