@@ -279,7 +279,7 @@ fn graph_and_order_are_the_same_for_any_number_of_threads_and_at_the_same_time()
 /// The dissection in Rust alone is a little worse than METIS', and as good as it is when it is the only one.
 #[test]
 fn the_dissection_in_rust_alone_fills_little_more() {
-    for element in [SolidElement::Tetrahedron10, SolidElement::Hexahedron20] {
+    for element in [SolidElement::Tetra10, SolidElement::Hexahedron20] {
         let (stiffness, mass, nodes) = solid(element);
         let graph = QuotientGraph::of_points(&[&stiffness, &mass], &nodes);
         let order = feral::dissect(&graph).unwrap();
