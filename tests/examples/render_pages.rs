@@ -1,8 +1,8 @@
-//! Puts the raw lines of `docs/data` on other programs' files and on Python into their pages: `cargo run --release -p dcb-tests --example render_pages`.
+//! Puts the raw lines of `docs/data` into their pages: `cargo run --release -p dcb-tests --example render_pages`.
 
 use dcb_tests::pages::{
-    campbell, damping, exchange, fuzzing, html_pages, machine, python, random_response,
-    read_matrices, stress,
+    campbell, damping, exchange, fuzzing, hard_cases, html_pages, machine, python, random_response,
+    read_matrices, scene_driven, stress,
 };
 
 fn main() {
@@ -15,6 +15,8 @@ fn main() {
         fuzzing::PAGE,
         html_pages::PAGE,
         campbell::PAGE,
+        hard_cases::PAGE,
+        scene_driven::PAGE,
         damping::PAGE,
         random_response::PAGE,
         machine::ASSEMBLY,

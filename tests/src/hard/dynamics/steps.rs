@@ -305,7 +305,7 @@ pub fn forces_far_from_the_origin_by_radau() -> HardCase {
         ours: "200 looks 1e-7 s apart; force of the pin".into(),
         error: Some(Bounded {
             found: error,
-            bound: 1e-3,
+            bound: 1e-9,
         }),
     }
 }
