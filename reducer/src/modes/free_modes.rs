@@ -24,10 +24,6 @@ use crate::modes::multiplet::{canonical_basis, clusters};
 use crate::observer::Observer;
 use crate::resources::basis_size::{BasisSize, block_width};
 
-/// Ritz pairs, an eigenproblem as large as the basis, are looked at from so many halves of the wanted modes' number of vectors on,
-const WORTH_A_LOOK: usize = 3;
-/// and then after each of these parts of it: many modes would cost as much time for that as for the basis.
-const LOOKS_APART: usize = 16;
 /// Largest ‖K φ - ω² M φ‖ / ‖K φ‖ of an accepted mode, where double precision can tell that much.
 pub const RESIDUAL_TOLERANCE: f64 = 1e-8;
 /// Otherwise the residual may be this many times the rounding in K φ itself, ε ‖|K| |φ|‖ / ‖K φ‖ (slender and thin parts).
@@ -142,9 +138,6 @@ impl FreeModes {
         let step_limit = 200 + 20 * guarded / block;
         let mut iterations = 0;
         let mut tolerance = RITZ_TOLERANCE;
-        // The basis at which its Ritz pairs are looked at next.
-        let mut due = WORTH_A_LOOK * (elastic + 2) / 2;
-        let mut progress = 0.0;
         loop {
             // Without room for another block the best vectors restart the basis.
             if lanczos.is_full() {
@@ -153,18 +146,11 @@ impl FreeModes {
                     .min(pairs.eigenvalues.len())
                     .min(capacity(guarded).saturating_sub(2 * block));
                 lanczos.restart(&pairs, keep);
-                due = 0;
             }
             if !lanczos.is_exhausted() {
                 lanczos.step()?;
                 iterations += 1;
             }
-            let is_last = lanczos.is_exhausted() || lanczos.is_full() || iterations >= step_limit;
-            if lanczos.column_count() < due && !is_last {
-                observer.advance(progress)?;
-                continue;
-            }
-            due = lanczos.column_count() + lanczos.column_count() / LOOKS_APART;
             let pairs = lanczos.ritz_pairs()?;
             let available = pairs.eigenvalues.len();
             // Where a multiple root ends shows only on converged values: two beyond the last kept one.
@@ -177,8 +163,7 @@ impl FreeModes {
                 .take(needed)
                 .take_while(|r| **r < tolerance)
                 .count();
-            progress = converged as f64 / (kept + 2) as f64;
-            observer.advance(progress)?;
+            observer.advance(converged as f64 / (kept + 2) as f64)?;
             let complete = lanczos.is_exhausted() || (available >= kept + 2 && converged == needed);
             if !complete && iterations < step_limit {
                 continue;
