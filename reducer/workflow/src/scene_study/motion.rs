@@ -167,7 +167,10 @@ pub fn time(scene: &Scene, monitor: &Monitor) -> Result<Option<Timing>, Error> {
         let mut made: u64 = 0;
         let is_stopped =
             |made: u64| made.is_multiple_of(STEPS_BETWEEN_LOOKS) && monitor.is_stopped();
-        while let Some(_) = stepping.advance(&mut simulation, || is_stopped(made))? {
+        while stepping
+            .advance(&mut simulation, || is_stopped(made))?
+            .is_some()
+        {
             made += 1;
         }
         if simulation.state().time < integrator.end {
