@@ -197,6 +197,12 @@ impl Scene {
         })
     }
 
+    /// Whether forces of joints are among the outputs.
+    pub fn looks_at_reactions(&self) -> bool {
+        let mut outputs = self.outputs.values();
+        outputs.any(|output| matches!(output, Output::Reaction(_)))
+    }
+
     /// An empty scene in SI units without gravity.
     pub fn new(dimension: Dimension) -> Self {
         Self {

@@ -22,7 +22,7 @@ use crate::system::System;
 use crate::watch::compatibility_window::WeakWindow;
 use crate::watch::energy_balance::EnergyBalance;
 use crate::watch::validity::Validity;
-use dcb_formats::scene::{self, Compatibility, Integrator, Output, Record, Scene, Scheme};
+use dcb_formats::scene::{self, Compatibility, Integrator, Record, Scene, Scheme};
 
 /// How a run went.
 #[derive(Clone, Debug, PartialEq)]
@@ -116,8 +116,7 @@ pub fn transient(
         met_singular: false,
         unit_of_time: scene.units.time.clone(),
         told_contacts: 0,
-        looks_at_forces: (scene.outputs.values())
-            .any(|output| matches!(output, Output::Reaction(_))),
+        looks_at_forces: scene.looks_at_reactions(),
     };
     if target.profiling == Profiling::Stages {
         simulation.start_profile();

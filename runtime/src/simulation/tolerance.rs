@@ -55,13 +55,10 @@ impl Simulation {
         let mut more = Effort::default();
         let (step, ends_at_stop) = loop {
             let left = stop - state.time - state.time_rest;
-            if radau.is_crossing() {
-                // One that fails leaves the steps to Radau, which says why it can't go on.
-                if let Ok((step, made)) = radau.cross(corrector, system, state, stop) {
-                    more.iterations += made.iterations;
-                    more.factorizations += made.factorizations;
-                    break (step, step == left);
-                }
+            if let Some((step, made)) = radau.cross(corrector, system, state, stop) {
+                more.iterations += made.iterations;
+                more.factorizations += made.factorizations;
+                break (step, step == left);
             }
             let step = radau.step_up_to(system, state, left);
             let ends_at_stop = step == left;

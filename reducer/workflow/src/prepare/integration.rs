@@ -2,7 +2,7 @@
 
 use super::trials::{Start, Trials};
 use dcb_demand::pruning::NarrowedScene;
-use dcb_formats::scene::{Compatibility, Integrator, Method, Output, Record, Scene};
+use dcb_formats::scene::{Compatibility, Integrator, Method, Record, Scene};
 use dcb_runtime::error::Error;
 
 /// Whether a preparation may change how the scene is integrated.
@@ -96,10 +96,7 @@ impl Trials<'_> {
         if start.narrowed.scene.compatibility != Compatibility::Strong {
             return Ok(Some(good));
         }
-        let outputs = &start.narrowed.scene.outputs;
-        let looks_at_forces = outputs
-            .values()
-            .any(|output| matches!(output, Output::Reaction(_)));
+        let looks_at_forces = start.narrowed.scene.looks_at_reactions();
         for part in ACCURACIES {
             let accuracy = (part * tolerance).min(COARSEST);
             let Some(mut narrowed) = start.with_integrator(|integrator| {
@@ -167,6 +164,6 @@ fn record_as_often(scene: &mut Scene, step: f64) {
     scene.record = match scene.record {
         None => Some(Record::Interval(f64::from(LONGEST) * step)),
         Some(Record::Every(steps)) => Some(Record::Interval(f64::from(steps) * step)),
-        Some(Record::Interval(interval)) => Some(Record::Interval(interval)),
+        at_times @ Some(Record::Interval(_)) => at_times,
     };
 }

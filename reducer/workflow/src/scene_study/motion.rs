@@ -130,15 +130,17 @@ fn attempt(
             balance: EnergyBalance::default(),
             simulation,
             recorder,
-            places: Vec::with_capacity(width),
-            values: Vec::with_capacity(width),
-            sampler: &mut sampler,
+            sampled: Sampled {
+                places: Vec::with_capacity(width),
+                values: Vec::with_capacity(width),
+                sampler: &mut sampler,
+            },
             course: &mut course,
             progress: &mut progress,
             watch,
         };
         for quantity in &subject.quantities {
-            run.places.extend(quantity.places(&run.recorder)?);
+            run.sampled.places.extend(quantity.places(&run.recorder)?);
         }
         run.integrate(&scene.units.time, &integrator, grid)
     });
@@ -214,16 +216,30 @@ impl Progress<'_> {
     }
 }
 
+/// The quantities of rows, sampled.
+struct Sampled<'a> {
+    /// Where they are in a recorded row.
+    places: Vec<usize>,
+    values: Vec<f64>,
+    sampler: &'a mut Sampler,
+}
+
+impl Sampled<'_> {
+    fn take(&mut self, time: f64, row: &[f64]) {
+        self.values.clear();
+        self.values
+            .extend(self.places.iter().map(|place| row[*place]));
+        self.sampler.take(time, &self.values);
+    }
+}
+
 /// A run that is sampled.
 struct TimedRun<'a, 'm> {
     simulation: Simulation,
     recorder: Recorder,
     validity: Validity,
     balance: EnergyBalance,
-    /// Where the quantities are in a recorded row.
-    places: Vec<usize>,
-    values: Vec<f64>,
-    sampler: &'a mut Sampler,
+    sampled: Sampled<'a>,
     course: &'a mut Course,
     progress: &'a mut Progress<'m>,
     watch: &'a mut dyn FnMut(&Simulation),
@@ -294,10 +310,7 @@ impl TimedRun<'_, '_> {
                     let state = self.simulation.look_within(time);
                     let seen = RecordedStep::within(&mut self.simulation, &state, step, effort);
                     let row = self.recorder.row(&seen);
-                    self.values.clear();
-                    self.values
-                        .extend(self.places.iter().map(|place| row[*place]));
-                    self.sampler.take(time, &self.values);
+                    self.sampled.take(time, row);
                 }
             }
             self.sample()?;
@@ -313,11 +326,7 @@ impl TimedRun<'_, '_> {
         // Nothing to compare with where all energies are rounding.
         let compared = self.balance.share().map_or(0.0, |_| self.balance.largest);
         self.course.largest_energy = compared.min(f64::MAX);
-        let row = self.recorder.row(&now);
-        self.values.clear();
-        self.values
-            .extend(self.places.iter().map(|place| row[*place]));
-        self.sampler.take(now.state.time, &self.values);
+        self.sampled.take(now.state.time, self.recorder.row(&now));
         let warnings = &mut self.course.warnings;
         self.validity
             .check(now.system, now.state, |message| warnings.push(message))?;

@@ -23,8 +23,8 @@ const BELOW_FAILURE: f64 = 0.8;
 const REMEMBERED: usize = 10;
 /// What a step that was made takes off the number of those whose iteration failed.
 const MADE: f64 = 0.25;
-/// More failures than that, less what steps between them took off, at steps shorter than [`SHRUNK`] of the longest one lately, where the joints' system enlarges
-/// what it solves for [`ENLARGED`] times as much as lately: shorter steps won't get past what they fail at.
+/// More failures than that, less what steps between them took off, at steps shorter than [`SHRUNK`] of the longest one lately, where joints take more
+/// than [`ENLARGED`] times the forces of lately for the same accelerations: shorter steps won't get past what they fail at.
 const STUCK: f64 = 1.9;
 const SHRUNK: f64 = 0.2;
 const ENLARGED: f64 = 10.0;
@@ -74,12 +74,13 @@ impl StepControl {
     pub(super) fn of(accuracy: &Accuracy, stages: usize) -> Self {
         let s = stages as f64;
         // The method's own error is of the power 2s of the step, that of the estimate of the power s + 1.
-        let allowed = |tolerance: f64| OF_ESTIMATE * tolerance.powf((s + 1.0) / (2.0 * s));
+        let power = (s + 1.0) / (2.0 * s);
+        let allowed = |tolerance: f64| OF_ESTIMATE * tolerance.powf(power);
         Self {
             allowed: allowed(accuracy.tolerance),
             allowed_of_forces: allowed(accuracy.of_forces),
             tolerances: [accuracy.tolerance, accuracy.of_forces],
-            power: (s + 1.0) / (2.0 * s),
+            power,
             lost_forces: 0.0,
             worst_forces: 0.0,
             exponent: 1.0 / (s + 1.0),

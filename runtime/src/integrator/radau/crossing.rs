@@ -5,7 +5,6 @@
 //! enough for the tolerance: near a dead centre accelerations are far off, which says nothing of places.
 
 use super::Radau;
-use crate::error::Error;
 use crate::integrator::adaptive::up_to;
 use crate::integrator::newton::Corrector;
 use crate::integrator::{Effort, Formulation, Method, Tolerance};
@@ -42,25 +41,16 @@ impl Radau {
         self.control.begin_anew(failed);
     }
 
-    /// Whether a dead centre is being passed.
-    pub fn is_crossing(&self) -> bool {
-        self.crossing.is_some()
-    }
-
-    /// One step of it from `start` into the corrector's trial state, no further than `stop`; its length. One that fails ends it.
-    ///
-    /// # Errors
-    /// Those of [`Corrector::step`].
+    /// One step of it from `start` into the corrector's trial state, no further than `stop`; its length, and what it took. `None` where none is being
+    /// passed, or if the step fails, which ends it: Radau says why it can't go on.
     pub fn cross(
         &mut self,
         corrector: &mut Corrector,
         system: &System,
         start: &State,
         stop: f64,
-    ) -> Result<(f64, Effort), Error> {
-        let Some(crossing) = self.crossing.take() else {
-            return Ok((0.0, Effort::default()));
-        };
+    ) -> Option<(f64, Effort)> {
+        let crossing = self.crossing.take()?;
         let method = Method {
             scheme: Scheme::generalized_alpha(RADIUS),
             formulation: Formulation::Index3,
@@ -71,7 +61,7 @@ impl Radau {
         };
         let left = stop.min(crossing.until) - start.time - start.time_rest;
         let step = up_to(left, crossing.step);
-        let effort = corrector.step(system, &method, start, step)?;
+        let effort = corrector.step(system, &method, start, step).ok()?;
         self.has_crossed = true;
         corrector.was_singular = true;
         if step < left || stop < crossing.until {
@@ -83,6 +73,6 @@ impl Radau {
             }
             corrector.forget_factor();
         }
-        Ok((step, effort))
+        Some((step, effort))
     }
 }

@@ -238,20 +238,16 @@ impl JointSystem {
             *entry = (1.0 + 0.1 * row as f64).cos() / scale;
         }
         self.solve(probe);
-        let mut most = 0.0_f64;
-        for (entry, scale) in probe.iter().zip(&self.scale) {
-            let size = (entry / scale).abs();
-            most = if size.is_nan() {
-                f64::INFINITY
-            } else {
-                most.max(size)
-            };
-        }
-        most
+        largest(
+            probe
+                .iter()
+                .zip(&self.scale)
+                .map(|(entry, scale)| entry / scale),
+        )
     }
 
     /// About the largest force that a unit of change in all rows takes, whatever their axes: it grows without bound where rows come to depend on each other.
-    /// `probe` is as above.
+    /// `probe` has a number for each row and is overwritten.
     pub fn largest_force(&mut self, probe: &mut [f64]) -> f64 {
         let mut most = 0.0_f64;
         // At right angles to each other, in pairs of rows too: a direction that turns is seen by one of them.
@@ -260,16 +256,18 @@ impl JointSystem {
                 *entry = if row % 2 == 0 { 1.0 } else { sign };
             }
             self.solve(probe);
-            for entry in probe.iter() {
-                // A maximum would drop what isn't a number.
-                most = match entry.is_nan() {
-                    true => f64::INFINITY,
-                    false => most.max(entry.abs()),
-                };
-            }
+            most = most.max(largest(probe.iter().copied()));
         }
         most
     }
+}
+
+/// The largest size; infinite where one isn't a number, which a maximum would drop.
+fn largest(numbers: impl Iterator<Item = f64>) -> f64 {
+    numbers.fold(0.0, |most, number| match number.is_nan() {
+        true => f64::INFINITY,
+        false => most.max(number.abs()),
+    })
 }
 
 impl<T: Number> Factor<T> {
