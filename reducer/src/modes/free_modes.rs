@@ -24,6 +24,10 @@ use crate::modes::multiplet::{canonical_basis, clusters};
 use crate::observer::Observer;
 use crate::resources::basis_size::{BasisSize, block_width};
 
+/// Ritz pairs, an eigenproblem as large as the basis, are looked at from so many halves of the wanted modes' number of vectors on,
+const WORTH_A_LOOK: usize = 3;
+/// and then after each of these parts of it: many modes would cost as much time for that as for the basis.
+const LOOKS_APART: usize = 16;
 /// Largest ‖K φ - ω² M φ‖ / ‖K φ‖ of an accepted mode, where double precision can tell that much.
 pub const RESIDUAL_TOLERANCE: f64 = 1e-8;
 /// Otherwise the residual may be this many times the rounding in K φ itself, ε ‖|K| |φ|‖ / ‖K φ‖ (slender and thin parts).
@@ -51,9 +55,9 @@ pub struct Search {
     pub wanted: usize,
     /// How often the search was made before and missed modes: widens the block and changes the start.
     pub attempt: usize,
-    /// How many modes the searches before are known to have missed: copies of a root of at least that multiplicity, perhaps,
-    /// which only a block as wide finds together.
-    pub missed: usize,
+    /// Copies that one root may have, by the searches before: those found of any, and all modes that they missed. Only a block as wide
+    /// finds them together. 0 where nothing was missed.
+    pub copies: usize,
     /// How large the Krylov basis is.
     pub basis: BasisSize,
 }
@@ -64,7 +68,7 @@ impl Search {
         Self {
             wanted,
             attempt: 0,
-            missed: 0,
+            copies: 0,
             basis: BasisSize::Comfortable,
         }
     }
@@ -125,7 +129,7 @@ impl FreeModes {
         let joined = rigid.joined_by(model, loose);
         let elastic = search.wanted.saturating_sub(loose.ncols());
         let block = (block_width(elastic) << search.attempt)
-            .max(search.missed + block_width(elastic))
+            .max(search.copies + block_width(elastic))
             .min(n);
         let mut guarded = elastic + block;
         let capacity = |guarded: usize| search.basis.columns(guarded, block).min(n + block);
@@ -138,6 +142,9 @@ impl FreeModes {
         let step_limit = 200 + 20 * guarded / block;
         let mut iterations = 0;
         let mut tolerance = RITZ_TOLERANCE;
+        // The basis at which its Ritz pairs are looked at next.
+        let mut due = WORTH_A_LOOK * (elastic + 2) / 2;
+        let mut progress = 0.0;
         loop {
             // Without room for another block the best vectors restart the basis.
             if lanczos.is_full() {
@@ -146,11 +153,18 @@ impl FreeModes {
                     .min(pairs.eigenvalues.len())
                     .min(capacity(guarded).saturating_sub(2 * block));
                 lanczos.restart(&pairs, keep);
+                due = 0;
             }
             if !lanczos.is_exhausted() {
                 lanczos.step()?;
                 iterations += 1;
             }
+            let is_last = lanczos.is_exhausted() || lanczos.is_full() || iterations >= step_limit;
+            if lanczos.column_count() < due && !is_last {
+                observer.advance(progress)?;
+                continue;
+            }
+            due = lanczos.column_count() + lanczos.column_count() / LOOKS_APART;
             let pairs = lanczos.ritz_pairs()?;
             let available = pairs.eigenvalues.len();
             // Where a multiple root ends shows only on converged values: two beyond the last kept one.
@@ -163,7 +177,8 @@ impl FreeModes {
                 .take(needed)
                 .take_while(|r| **r < tolerance)
                 .count();
-            observer.advance(converged as f64 / (kept + 2) as f64)?;
+            progress = converged as f64 / (kept + 2) as f64;
+            observer.advance(progress)?;
             let complete = lanczos.is_exhausted() || (available >= kept + 2 && converged == needed);
             if !complete && iterations < step_limit {
                 continue;
@@ -286,6 +301,12 @@ impl FreeModes {
             residual: residuals.fold(0.0, f64::max),
             tolerance: RESIDUAL_TOLERANCE,
         }
+    }
+
+    /// Most copies of a root among them.
+    pub fn largest_multiplicity(&self) -> usize {
+        let runs = clusters(&self.eigenvalues).into_iter();
+        runs.map(|(_, count)| count).max().unwrap_or(0)
     }
 
     /// Where an eigenvalue count certifies the kept modes, and how far it may be moved: in the gap above the highest one, close to the

@@ -117,6 +117,11 @@ impl<'a> Lanczos<'a> {
         self.exhausted
     }
 
+    /// Vectors of the basis.
+    pub fn column_count(&self) -> usize {
+        self.filled
+    }
+
     /// Whether another block fits.
     pub fn is_full(&self) -> bool {
         self.filled + self.width + self.block_width > self.basis.capacity()

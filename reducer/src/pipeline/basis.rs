@@ -100,7 +100,7 @@ impl<'a> BasisSearch<'a> {
         let wanted = self.wanted(factor, observer)?;
         let room = self.memory.for_modes(wanted);
         let loose = self.loose_motions()?;
-        let (mut missed, mut last_count) = (0, None);
+        let (mut copies, mut last_count) = (0, None);
         for attempt in 0..ATTEMPTS {
             observer.enter(Stage::Factor)?;
             let positive = match factor.factorize(&model.stiffness, &model.mass, scale.shift()) {
@@ -110,7 +110,7 @@ impl<'a> BasisSearch<'a> {
             let search = Search {
                 wanted,
                 attempt,
-                missed,
+                copies,
                 basis: room.basis,
             };
             let modes = self.modes(&positive, &loose, search, observer);
@@ -133,7 +133,8 @@ impl<'a> BasisSearch<'a> {
             if sturm.counted == sturm.found {
                 return Ok(columns.certified(modes, sturm));
             }
-            missed += sturm.counted.saturating_sub(sturm.found);
+            let missed = sturm.counted.saturating_sub(sturm.found);
+            copies = copies.max(modes.largest_multiplicity() + missed);
             last_count = Some(sturm);
         }
         Err(Error::ModesMissed {

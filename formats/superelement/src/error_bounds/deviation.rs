@@ -9,14 +9,16 @@
 //! ```
 //! whatever g is. For Re λ below the eigenvalue bound μ₁ all f(μ) lie in the disc with 0 and f(μ₁) at the ends of a diameter: its middle goes
 //! to the known part, its radius times N bounds what is left. For a real λ that is a two-sided bound as a quadratic form.
+//!
+//! A band asks for many λ, and g changes with λ by the weights of the dynamic coordinates alone ([`Model`]). So the products of the moments
+//! with the shapes are made once for some rows ([`Forms`]).
 
-use dcb_formats::superelement::Moments;
 use faer::{Mat, c64};
 
 use super::DENSE_ROUNDING;
 use super::ErrorBounds;
-use super::model::weighted_product;
-use super::rows::Rows;
+use super::forms::{Forms, KnownWeights};
+use super::model::{Model, real_product, weighted_product};
 
 /// H of a form at one λ, and its error, between some rows and those of them that forces act on; rows are scaled.
 pub(super) struct Deviation {
@@ -24,8 +26,8 @@ pub(super) struct Deviation {
     pub reduced: Mat<c64>,
     /// The known part of H - H of the form.
     pub known: Mat<c64>,
-    /// A Hermitian form over all of the rows that bounds the rest: a block of the rest is not larger than the root of the product of the
-    /// blocks on its diagonals.
+    /// A Hermitian form over the rows that bounds the rest: a block of the rest is not larger than the root of the product of the
+    /// blocks on its diagonals. Zero between rows that it isn't asked for.
     pub rest: Mat<c64>,
     /// Largest rounding of each entry, without that in the kept modes.
     pub rounding: Mat<f64>,
@@ -33,86 +35,27 @@ pub(super) struct Deviation {
     pub of_modes: Mat<f64>,
 }
 
-/// Combinations of scaled moments in the sums, (n, n).
-pub(super) struct ScaledMoments {
-    /// σ
-    shift: f64,
-    /// M_1
-    pub first: Mat<c64>,
-    /// A_2
-    second: Mat<c64>,
-    /// B_2
-    residual: Mat<c64>,
-    /// B_3
-    third: Mat<c64>,
-    /// M_4
-    fourth: Mat<c64>,
-    /// Root of the rounding in each row of M_1 to M_4.
-    pub roots: [Vec<f64>; 4],
+/// Pairs of rows that the bound of the rest is wanted for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum RestBetween {
+    /// All.
+    AllRows,
+    /// Rows of one interface.
+    RowsOfAnInterface,
 }
 
-impl ScaledMoments {
-    pub(super) fn of(of: &Moments, rows: &Rows) -> Self {
-        let Moments {
-            shift,
-            rounding,
-            eigenvalue_bound,
-            ..
-        } = of;
-        let moments =
-            [&of.first, &of.second, &of.third, &of.fourth].map(|moment| rows.scaled(moment));
-        let complex =
-            |m: &Mat<f64>| Mat::from_fn(m.nrows(), m.ncols(), |i, j| c64::new(m[(i, j)], 0.0));
-        let less = |a: &Mat<f64>, b: &Mat<f64>| {
-            Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)] - *shift * b[(i, j)])
-        };
-        let root = |moment: usize| -> Vec<f64> {
-            let of_rows = (0..rounding.len())
-                .map(|i| {
-                    // Where a higher moment isn't known it is below the one before over the bound.
-                    let own = (0..=moment)
-                        .rev()
-                        .map(|m| {
-                            let steps = (moment - m) as i32;
-                            moments[m][(i, i)] / eigenvalue_bound.powi(steps)
-                        })
-                        .find(|size| *size > 0.0);
-                    (rounding[i] * own.unwrap_or(0.0)).sqrt()
-                })
-                .collect();
-            rows.seen_roots(of_rows)
-        };
-        let roots = [root(0), root(1), root(2), root(3)];
-        let [first, second, third, fourth] = &moments.map(|moment| rows.seen(moment));
-        let (second, third) = (less(second, third), less(third, fourth));
-        Self {
-            shift: *shift,
-            first: complex(first),
-            residual: complex(&less(&second, &third)),
-            second: complex(&second),
-            third: complex(&third),
-            fourth: complex(fourth),
-            roots,
-        }
-    }
-}
-
-/// Static shapes g that a form takes for forces on some rows, P = I - g, and their products with the moments; (n, rows) unless said otherwise.
-struct Shapes {
-    g: Mat<c64>,
-    p: Mat<c64>,
-    /// B_2 P
-    residual_p: Mat<c64>,
-    /// B_3 g
-    third_g: Mat<c64>,
-    /// B_3 P
-    third_p: Mat<c64>,
-    /// M_4 g
-    fourth_g: Mat<c64>,
-    /// gᵀ B_3 P, (rows, rows)
-    g_third_p: Mat<c64>,
-    /// gᵀ M_4 g, (rows, rows)
-    g_fourth_g: Mat<c64>,
+/// Deviations between some rows and those of them that forces act on, for any λ below the eigenvalue bound.
+pub(super) struct Deviations<'a> {
+    bounds: &'a ErrorBounds,
+    rows: Vec<usize>,
+    forced: Vec<usize>,
+    /// Of the rows that forces act on among the rows.
+    places: Vec<usize>,
+    /// Rows of each interface, by their places.
+    interfaces: Vec<Vec<usize>>,
+    forms: Forms,
+    /// Motions of the kept modes at the rows, and at those that forces act on.
+    shapes: [Mat<f64>; 2],
 }
 
 /// λ, and the disc that all f(μ) lie in.
@@ -126,82 +69,27 @@ struct Disc {
     radius: f64,
 }
 
-impl Shapes {
-    /// N without its conjugates: Σ r rᵀ/μ'².
-    fn bilinear(&self, lambda: c64) -> Mat<c64> {
-        let p = &self.p;
-        let p_third_g = p.transpose() * &self.third_g;
-        let p_residual_p = p.transpose() * &self.residual_p;
-        Mat::from_fn(p.ncols(), p.ncols(), |i, j| {
-            p_residual_p[(i, j)]
-                + lambda * (p_third_g[(i, j)] + self.g_third_p[(i, j)])
-                + lambda * lambda * self.g_fourth_g[(i, j)]
-        })
-    }
-
-    /// The bound of the rest: Σ r̄ rᵀ/μ'² times |λ'| and the radius of the disc.
-    fn rest(&self, disc: &Disc) -> Mat<c64> {
-        let Self { g, p, .. } = self;
-        let (lambda, size) = (disc.lambda, disc.lambda.norm());
-        let (pg, gp, gg, pp) = (
-            p.adjoint() * &self.third_g,
-            g.adjoint() * &self.third_p,
-            g.adjoint() * &self.fourth_g,
-            p.adjoint() * &self.residual_p,
-        );
-        Mat::from_fn(g.ncols(), g.ncols(), |i, j| {
-            let form = pp[(i, j)]
-                + lambda * pg[(i, j)]
-                + lambda.conj() * gp[(i, j)]
-                + gg[(i, j)] * (size * size);
-            form * (disc.radius * disc.shifted.norm())
-        })
-    }
-}
-
 impl ErrorBounds {
-    /// `rows` with those that forces act on, `forced`, all below the eigenvalue bound.
-    pub(super) fn deviation(&self, rows: &[usize], forced: &[usize], lambda: c64) -> Deviation {
-        let shapes = self.shapes(rows, lambda);
-        let disc = self.disc(lambda);
-        let places: Vec<usize> = forced
-            .iter()
-            .filter_map(|row| rows.iter().position(|known| known == row))
-            .collect();
-        let response = self.model.responses(rows, forced, lambda);
-        let known = self.known(rows, &shapes, &disc);
-        let known = Mat::from_fn(rows.len(), places.len(), |i, j| {
-            known(i, places[j]) - response[(i, j)]
-        });
-        let (poles, of_modes) = self.of_modes(rows, forced, lambda);
-        let size = disc.shifted.norm();
-        let rounding = self.rounding(rows, &shapes.g, &shapes.p, size, disc.far.norm());
-        Deviation {
-            reduced: poles + response,
-            known,
-            rest: shapes.rest(&disc),
-            rounding: Mat::from_fn(rows.len(), places.len(), |i, j| rounding[(i, places[j])]),
-            of_modes,
+    /// Between `rows` and those that forces act on, `forced`.
+    pub(super) fn deviations(&self, rows: &[usize], forced: &[usize]) -> Deviations<'_> {
+        let poles = self.rows.poles.len();
+        let shapes = [rows, forced]
+            .map(|rows| Mat::from_fn(rows.len(), poles, |i, k| self.rows.shapes[(rows[i], k)]));
+        let count = self.rows.interface.iter().max().map_or(0, |most| most + 1);
+        let mut interfaces = vec![Vec::new(); count];
+        for (place, row) in rows.iter().enumerate() {
+            interfaces[self.rows.interface[*row]].push(place);
         }
-    }
-
-    fn shapes(&self, rows: &[usize], lambda: c64) -> Shapes {
-        let g = self.model.amounts(rows, lambda);
-        let p = Mat::from_fn(g.nrows(), g.ncols(), |i, j| {
-            let unit = f64::from(u8::from(i == rows[j]));
-            c64::new(unit, 0.0) - g[(i, j)]
-        });
-        let m = &self.moments;
-        let (third_p, fourth_g) = (&m.third * &p, &m.fourth * &g);
-        Shapes {
-            residual_p: &m.residual * &p,
-            third_g: &m.third * &g,
-            g_third_p: g.transpose() * &third_p,
-            g_fourth_g: g.transpose() * &fourth_g,
-            third_p,
-            fourth_g,
-            g,
-            p,
+        Deviations {
+            bounds: self,
+            places: (forced.iter())
+                .filter_map(|row| rows.iter().position(|known| known == row))
+                .collect(),
+            interfaces,
+            forms: Forms::of(&self.model, &self.moments, rows),
+            shapes,
+            rows: rows.to_vec(),
+            forced: forced.to_vec(),
         }
     }
 
@@ -219,92 +107,140 @@ impl ErrorBounds {
             radius: 0.5 * far.norm(),
         }
     }
+}
+
+impl Deviations<'_> {
+    pub(super) fn at(&self, lambda: c64, between: RestBetween) -> Deviation {
+        let disc = self.bounds.disc(lambda);
+        let model = &self.bounds.model;
+        let amounts = model.dynamic_amounts(&self.rows, lambda);
+        let response = model.responses(&self.rows, &self.forced, lambda);
+        let known = self.known(&disc, &amounts);
+        let (poles, of_modes) = self.of_modes(lambda);
+        let rounding = self.rounding(model, &amounts, &disc);
+        let (rows, places) = (self.rows.len(), &self.places);
+        Deviation {
+            known: Mat::from_fn(rows, places.len(), |i, j| {
+                known(i, places[j]) - response[(i, j)]
+            }),
+            reduced: poles + response,
+            rest: self.rest(&disc, &amounts, between),
+            rounding: Mat::from_fn(rows, places.len(), |i, j| rounding(i, places[j])),
+            of_modes,
+        }
+    }
 
     /// The known part of H - H of the kept modes, between two of the rows by their places.
-    fn known<'a>(
-        &'a self,
-        rows: &'a [usize],
-        shapes: &'a Shapes,
-        disc: &'a Disc,
-    ) -> impl Fn(usize, usize) -> c64 + 'a {
+    fn known(&self, disc: &Disc, amounts: &Mat<c64>) -> impl Fn(usize, usize) -> c64 {
         let Disc {
             lambda,
             shifted,
             middle,
             ..
         } = *disc;
-        let bilinear = shapes.bilinear(lambda);
-        let p_third_p = shapes.p.transpose() * &shapes.third_p;
-        let m = &self.moments;
+        let m = &self.bounds.moments;
+        // B_3 g of a row is (g + P)ᵀ B_3 g.
+        let far = middle * shifted;
+        let products = lambda * shifted;
+        let weights = KnownWeights {
+            residual: far,
+            third_between_p: -shifted * m.shift,
+            third_mixed: products + far * lambda,
+            third_between_g: products,
+            fourth: products * shifted + far * lambda * lambda,
+        };
+        let forms = self.forms.symmetric(weights, amounts);
+        let rows = &self.rows;
         move |i, j| {
             let (row, column) = (rows[i], rows[j]);
-            let series = m.first[(row, column)]
-                + lambda * m.second[(row, column)]
-                + lambda * shifted * (shapes.third_g[(row, j)] + shapes.g_third_p[(i, j)])
-                - shifted * m.shift * p_third_p[(i, j)]
-                + lambda * shifted * shifted * shapes.g_fourth_g[(i, j)];
-            series + middle * shifted * bilinear[(i, j)]
+            lambda * m.second[(row, column)] + m.first[(row, column)] + forms(i, j)
         }
     }
 
-    /// H of the kept modes between rows, and bounds of the error that these modes' own errors make in it.
-    fn of_modes(&self, rows: &[usize], forced: &[usize], lambda: c64) -> (Mat<c64>, Mat<f64>) {
-        let poles = self.rows.poles.len();
-        let weights: Vec<c64> = (self.rows.poles.iter())
-            .map(|square| c64::new(1.0, 0.0) / (c64::new(*square, 0.0) - lambda))
-            .collect();
-        let error_weights: Vec<f64> = (0..poles)
-            .map(|pole| {
-                if pole < self.rows.zero_count {
-                    return 0.0;
+    /// The bound of the rest: Σ r̄ rᵀ/μ'² times |λ'| and the radius of the disc.
+    fn rest(&self, disc: &Disc, amounts: &Mat<c64>, between: RestBetween) -> Mat<c64> {
+        let size = disc.radius * disc.shifted.norm();
+        let half = self.forms.hermitian_half(disc.lambda, amounts);
+        let rows = self.rows.len();
+        let mut rest = Mat::zeros(rows, rows);
+        let all: Vec<usize>;
+        let groups: &[Vec<usize>] = match between {
+            RestBetween::RowsOfAnInterface => &self.interfaces,
+            RestBetween::AllRows => {
+                all = (0..rows).collect();
+                &[all]
+            }
+        };
+        for places in groups {
+            let of = |matrix: &Mat<c64>| {
+                Mat::from_fn(matrix.nrows(), places.len(), |k, j| matrix[(k, places[j])])
+            };
+            let product = of(amounts).adjoint() * of(&half);
+            for (j, column) in places.iter().enumerate() {
+                for (i, row) in places.iter().enumerate() {
+                    let still = self.forms.hermitian_base(disc.lambda, *row, *column);
+                    let moving = product[(i, j)] + product[(j, i)].conj();
+                    rest[(*row, *column)] = (still + moving) * size;
                 }
-                let square = self.rows.poles[pole];
-                let distance = (c64::new(square, 0.0) - lambda).norm();
-                let error = self.rows.pole_errors[pole];
-                (error * square / distance + 2.0 * error + DENSE_ROUNDING) / distance
-            })
-            .collect();
-        let of =
-            |rows: &[usize]| Mat::from_fn(rows.len(), poles, |i, k| self.rows.shapes[(rows[i], k)]);
-        let (left, right) = (of(rows), of(forced));
-        let weighted = Mat::from_fn(rows.len(), poles, |i, k| {
-            left[(i, k)].abs() * error_weights[k]
-        });
-        let sizes = Mat::from_fn(poles, forced.len(), |k, j| right[(j, k)].abs());
-        (weighted_product(&left, &weights, &right), weighted * sizes)
+            }
+        }
+        rest
     }
 
-    /// Rounding of every product that the known part and the rest are made of.
+    /// H of the kept modes between rows, and bounds of the error that these modes' own errors make in it.
+    fn of_modes(&self, lambda: c64) -> (Mat<c64>, Mat<f64>) {
+        let of = &self.bounds.rows;
+        let weights: Vec<c64> = (of.poles.iter())
+            .map(|square| c64::new(1.0, 0.0) / (c64::new(*square, 0.0) - lambda))
+            .collect();
+        let error_weights: Vec<f64> = (0..of.poles.len())
+            .map(|pole| {
+                if pole < of.zero_count {
+                    return 0.0;
+                }
+                let distance = (c64::new(of.poles[pole], 0.0) - lambda).norm();
+                let error = of.pole_errors[pole];
+                (error * of.poles[pole] / distance + 2.0 * error + DENSE_ROUNDING) / distance
+            })
+            .collect();
+        let [left, right] = &self.shapes;
+        let weighted = Mat::from_fn(left.nrows(), left.ncols(), |i, k| {
+            left[(i, k)].abs() * error_weights[k]
+        });
+        let sizes = Mat::from_fn(right.ncols(), right.nrows(), |k, j| right[(j, k)].abs());
+        (weighted_product(left, &weights, right), weighted * sizes)
+    }
+
+    /// Rounding of every product that the known part and the rest are made of, between two of the rows by their places.
     fn rounding(
         &self,
-        rows: &[usize],
-        g: &Mat<c64>,
-        p: &Mat<c64>,
-        size: f64,
-        far: f64,
-    ) -> Mat<f64> {
-        let [first, second, third, fourth] = &self.moments.roots;
+        model: &Model,
+        amounts: &Mat<c64>,
+        disc: &Disc,
+    ) -> impl Fn(usize, usize) -> f64 {
+        let [first, second, third, fourth] = &self.bounds.moments.roots;
+        let (size, far) = (disc.shifted.norm(), disc.far.norm());
+        let dynamic = real_product(model.combinations(), amounts);
         let own = |roots: &[f64], factor: f64| -> Vec<f64> {
-            rows.iter().map(|row| factor * roots[*row]).collect()
+            self.rows.iter().map(|row| factor * roots[*row]).collect()
         };
-        let along = |amounts: &Mat<c64>, roots: &[f64], factor: f64| -> Vec<f64> {
-            (0..rows.len())
-                .map(|j| {
-                    let sum: f64 = (0..roots.len())
-                        .map(|i| amounts[(i, j)].norm() * roots[i])
-                        .sum();
-                    factor * sum
-                })
-                .collect()
+        // |g|ᵀ and |P|ᵀ times roots.
+        let along = |base: &Mat<f64>, sign: f64, roots: &[f64], factor: f64| -> Vec<f64> {
+            let sum = |j: usize| -> f64 {
+                let amount = |i: usize| dynamic[(i, j)] * sign + base[(i, j)];
+                (0..roots.len()).map(|i| amount(i).norm() * roots[i]).sum()
+            };
+            (0..base.ncols()).map(|j| factor * sum(j)).collect()
         };
         let (half, whole) = (size.sqrt(), size);
         let disc = far.sqrt();
+        let [g, p] = self.forms.bases();
         let (g3, p3, g4) = (
-            along(g, third, whole),
-            along(p, third, whole),
-            along(g, fourth, whole * half),
+            along(g, 1.0, third, whole),
+            along(p, -1.0, third, whole),
+            along(g, 1.0, fourth, whole * half),
         );
-        let p2 = along(p, second, half);
+        let p2 = along(p, -1.0, second, half);
         let pairs = [
             (own(first, 1.0), own(first, 1.0), 1.0),
             (own(second, half), own(second, half), 1.0),
@@ -314,11 +250,9 @@ impl ErrorBounds {
             (g4.clone(), g4, 1.0 + far),
             (p2.clone(), p2, disc * disc),
         ];
-        Mat::from_fn(rows.len(), rows.len(), |i, j| {
-            pairs
-                .iter()
-                .map(|(a, b, factor)| factor * a[i] * b[j])
-                .sum()
-        })
+        move |i, j| {
+            let products = pairs.iter().map(|(a, b, factor)| factor * a[i] * b[j]);
+            products.sum()
+        }
     }
 }

@@ -4,11 +4,12 @@
 //! rows ([`crate::held_frequencies`]). With H between two quadratic forms the count is between two counts, and where the upper one is at most i
 //! the held eigenvalue i isn't below λ; where the lower one is above i it isn't above λ.
 
-use dcb_dense::{symmetric_eigen, symmetrized};
+use dcb_dense::{symmetric_eigen, symmetric_eigenvalues, symmetrized};
 use faer::{Mat, c64};
 use serde::{Deserialize, Serialize};
 
 use super::ErrorBounds;
+use super::deviation::{Deviations, RestBetween};
 use crate::MASS_TOLERANCE;
 use crate::held_frequencies::ReducedCoordinates;
 
@@ -60,8 +61,9 @@ enum Side {
 }
 
 /// Rows to be held: independent combinations of them, and the motions that this leaves free.
-struct Holding {
+struct Holding<'a> {
     rows: Vec<usize>,
+    deviations: Deviations<'a>,
     independent: Mat<f64>,
     loose: usize,
 }
@@ -107,7 +109,7 @@ impl ErrorBounds {
         Some(found)
     }
 
-    fn holding(&self, rows: &[usize]) -> Option<Holding> {
+    fn holding(&self, rows: &[usize]) -> Option<Holding<'_>> {
         let part = &self.rows;
         let rows: Vec<usize> = (rows.iter().copied())
             .filter(|row| part.attached[*row])
@@ -124,7 +126,7 @@ impl ErrorBounds {
                     part.shapes[(i, pole)] * part.shapes[(j, pole)] / weight
                 })
                 .sum();
-            self.moments.first[(i, j)].re + of_poles
+            self.moments.first[(i, j)] + of_poles
         });
         let (values, vectors) = symmetric_eigen(symmetrized(whole.as_ref()).as_ref())?;
         let limit = DEPENDENT * values.last().copied().unwrap_or(0.0);
@@ -137,12 +139,13 @@ impl ErrorBounds {
         Some(Holding {
             independent: vectors.subcols(first, values.len() - first).to_owned(),
             loose: motions.iter().filter(|motion| **motion <= limit).count(),
+            deviations: self.deviations(&rows, &rows),
             rows,
         })
     }
 
     /// Held eigenvalues of the superelement.
-    fn reduced_held(&self, holding: &Holding) -> Option<Vec<f64>> {
+    fn reduced_held(&self, holding: &Holding<'_>) -> Option<Vec<f64>> {
         let (squares, seen) = self.model.dynamic();
         let rows = &holding.rows;
         let massless = self.model.massless(rows);
@@ -173,7 +176,7 @@ impl ErrorBounds {
 
     /// Held eigenvalues below λ, the motions that are left free included: at most (from above) or at least (from below). Where λ is a pole a
     /// count beside it serves, on the side on which it can only be worse.
-    fn count(&self, holding: &Holding, lambda: f64, side: Side) -> Option<usize> {
+    fn count(&self, holding: &Holding<'_>, lambda: f64, side: Side) -> Option<usize> {
         if holding.independent.ncols() == 0 {
             return Some(self.free_below(lambda));
         }
@@ -185,9 +188,9 @@ impl ErrorBounds {
         counted.or_else(|| self.counted(holding, beside, side))
     }
 
-    fn counted(&self, holding: &Holding, lambda: f64, side: Side) -> Option<usize> {
+    fn counted(&self, holding: &Holding<'_>, lambda: f64, side: Side) -> Option<usize> {
         let rows = &holding.rows;
-        let found = self.deviation(rows, rows, c64::new(lambda, 0.0));
+        let found = (holding.deviations).at(c64::new(lambda, 0.0), RestBetween::AllRows);
         let margin = |i: usize| -> f64 { (0..rows.len()).map(|j| found.rounding[(i, j)]).sum() };
         let sign = match side {
             Side::Above => 1.0,
@@ -198,7 +201,7 @@ impl ErrorBounds {
             (found.reduced[(i, j)] + found.known[(i, j)]).re + sign * (found.rest[(i, j)].re + own)
         });
         let held = holding.independent.transpose() * bound * &holding.independent;
-        let (values, _) = symmetric_eigen(symmetrized(held.as_ref()).as_ref())?;
+        let values = symmetric_eigenvalues(symmetrized(held.as_ref()).as_ref())?;
         let negative = values.iter().filter(|value| **value < 0.0).count();
         Some(self.free_below(lambda).saturating_sub(negative))
     }

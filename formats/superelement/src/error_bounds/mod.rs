@@ -6,10 +6,12 @@
 
 mod blocks;
 mod deviation;
+mod forms;
 mod held_eigenvalues;
 mod model;
 mod ports;
 mod rows;
+mod scaled_moments;
 
 use dcb_formats::Superelement;
 use dcb_formats::scene::Compatibility;
@@ -20,9 +22,10 @@ use serde::{Deserialize, Serialize};
 pub use self::held_eigenvalues::HeldEigenvalue;
 
 use self::blocks::{Blocks, InterfacePairs};
-use self::deviation::ScaledMoments;
+use self::deviation::RestBetween;
 use self::model::Model;
 use self::rows::Rows;
+use self::scaled_moments::ScaledMoments;
 use crate::Error;
 use crate::FrequencyBand;
 
@@ -186,7 +189,6 @@ impl ErrorBounds {
         loss_factor: f64,
     ) -> Result<Estimate, Error> {
         let [collocated, transfer] = self.responses(rows, band, loss_factor)?;
-        let forced = self.forced(rows)?;
         let held = self.held(rows, band.top()).ok_or(Error::NotFinite)?;
         let pole_error = self
             .rows
@@ -196,7 +198,7 @@ impl ErrorBounds {
         Ok(Estimate {
             held_frequency: largest_held(&held, band.top()),
             held,
-            static_response: self.static_error(rows, &forced),
+            static_response: self.static_response(rows)?,
             collocated,
             transfer: self.are_several(rows).then_some(transfer),
             free_frequency: 0.5 * pole_error,
@@ -216,10 +218,11 @@ impl ErrorBounds {
         let forced = self.forced(rows)?;
         self.refuse_beyond(band.top())?;
         let lambdas: Vec<c64> = band.damped(loss_factor).collect();
+        let deviations = self.deviations(rows, &forced);
         let errors: Vec<[Bracket; 2]> = lambdas
             .par_iter()
             .map(|lambda| {
-                let deviation = self.deviation(rows, &forced, *lambda);
+                let deviation = deviations.at(*lambda, RestBetween::RowsOfAnInterface);
                 let blocks = Blocks::of(&deviation, &self.rows.interface, rows, &forced);
                 [
                     blocks.error(InterfacePairs::Collocated),
@@ -246,6 +249,52 @@ impl ErrorBounds {
         Ok([largest(0), largest(1)])
     }
 
+    /// The error of the static response alone: the largest over the interfaces, of the responses to forces at its rows.
+    ///
+    /// # Errors
+    /// [`Error::NoForce`] if no force acts on the rows.
+    pub fn static_response(&self, rows: &[usize]) -> Result<Bracket, Error> {
+        let forced = self.forced(rows)?;
+        let still = c64::new(0.0, 0.0);
+        let mut worst = Bracket {
+            lower: 0.0,
+            upper: 0.0,
+        };
+        let mut interfaces: Vec<usize> = (forced.iter())
+            .map(|row| self.rows.interface[*row])
+            .collect();
+        interfaces.dedup();
+        let elastic = self.rows.zero_count..self.rows.poles.len();
+        for interface in interfaces {
+            let (mut off, mut whole, mut margin) = (0.0_f64, 0.0_f64, 0.0_f64);
+            for column in forced
+                .iter()
+                .filter(|row| self.rows.interface[**row] == interface)
+            {
+                for row in rows {
+                    let exact = self.moments.first[(*row, *column)];
+                    let roots = &self.moments.roots[0];
+                    let mut rounding = roots[*row] * roots[*column];
+                    let mut of_modes = 0.0;
+                    for pole in elastic.clone() {
+                        let part = self.rows.shapes[(*row, pole)]
+                            * self.rows.shapes[(*column, pole)]
+                            / self.rows.poles[pole];
+                        of_modes += part;
+                        rounding +=
+                            part.abs() * (3.0 * self.rows.pole_errors[pole] + DENSE_ROUNDING);
+                    }
+                    let found = self.model.response(*row, *column, still).re;
+                    off += (exact - found).powi(2);
+                    whole += (exact + of_modes).powi(2);
+                    margin += rounding.powi(2);
+                }
+            }
+            worst = worst.including(bracket(off.sqrt(), margin.sqrt(), whole.sqrt()));
+        }
+        Ok(worst)
+    }
+
     /// Whether the rows belong to more than one interface.
     fn are_several(&self, rows: &[usize]) -> bool {
         let interface = |row: &usize| self.rows.interface[*row];
@@ -268,7 +317,8 @@ impl ErrorBounds {
         self.refuse_beyond(square)?;
         let damping = c64::new(1.0, loss_factor);
         let lambda = c64::new(square, 0.0) / damping;
-        let found = self.deviation(rows, &forced, lambda);
+        let deviations = self.deviations(rows, &forced);
+        let found = deviations.at(lambda, RestBetween::RowsOfAnInterface);
         let places: Vec<usize> = (0..rows.len())
             .filter(|i| self.rows.attached[rows[*i]])
             .collect();
@@ -319,48 +369,6 @@ impl ErrorBounds {
             end: cycles(square),
             limit: cycles(self.eigenvalue_bound),
         })
-    }
-
-    /// The largest over the interfaces, of the responses to forces at its rows.
-    fn static_error(&self, rows: &[usize], forced: &[usize]) -> Bracket {
-        let still = c64::new(0.0, 0.0);
-        let mut worst = Bracket {
-            lower: 0.0,
-            upper: 0.0,
-        };
-        let mut interfaces: Vec<usize> = (forced.iter())
-            .map(|row| self.rows.interface[*row])
-            .collect();
-        interfaces.dedup();
-        let elastic = self.rows.zero_count..self.rows.poles.len();
-        for interface in interfaces {
-            let (mut off, mut whole, mut margin) = (0.0_f64, 0.0_f64, 0.0_f64);
-            for column in forced
-                .iter()
-                .filter(|row| self.rows.interface[**row] == interface)
-            {
-                for row in rows {
-                    let exact = self.moments.first[(*row, *column)].re;
-                    let roots = &self.moments.roots[0];
-                    let mut rounding = roots[*row] * roots[*column];
-                    let mut of_modes = 0.0;
-                    for pole in elastic.clone() {
-                        let part = self.rows.shapes[(*row, pole)]
-                            * self.rows.shapes[(*column, pole)]
-                            / self.rows.poles[pole];
-                        of_modes += part;
-                        rounding +=
-                            part.abs() * (3.0 * self.rows.pole_errors[pole] + DENSE_ROUNDING);
-                    }
-                    let found = self.model.response(*row, *column, still).re;
-                    off += (exact - found).powi(2);
-                    whole += (exact + of_modes).powi(2);
-                    margin += rounding.powi(2);
-                }
-            }
-            worst = worst.including(bracket(off.sqrt(), margin.sqrt(), whole.sqrt()));
-        }
-        worst
     }
 }
 

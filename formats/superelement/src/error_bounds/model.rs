@@ -93,34 +93,38 @@ impl Model {
         })
     }
 
-    /// g for forces at some rows, (n_b + n_x, rows). Output rows feel none: theirs is what the dynamic coordinates say.
-    pub(super) fn amounts(&self, rows: &[usize], lambda: c64) -> Mat<c64> {
-        let Dynamic {
-            squares,
-            combinations,
-            seen,
-        } = &self.dynamic;
-        let mut amounts = Mat::zeros(self.base.nrows(), rows.len());
-        for attached in [true, false] {
-            let places: Vec<usize> = (0..rows.len())
-                .filter(|place| self.attached[rows[*place]] == attached)
-                .collect();
-            let weights: Vec<c64> = (squares.iter())
-                .map(|square| weight(*square, lambda, attached))
-                .collect();
-            let seen = Mat::from_fn(places.len(), squares.len(), |i, k| {
-                seen[(rows[places[i]], k)]
-            });
-            let dynamic = weighted_product(combinations, &weights, &seen);
-            for (column, place) in places.into_iter().enumerate() {
-                let row = rows[place];
-                for i in 0..self.base.nrows() {
-                    let base = if attached { self.base[(i, row)] } else { 0.0 };
-                    amounts[(i, place)] = dynamic[(i, column)] + base;
-                }
+    /// g at λ = 0 without what the dynamic coordinates make of it, for forces at some rows, (n_b + n_x, rows). Output rows feel none: theirs is
+    /// what the dynamic coordinates say.
+    pub(super) fn static_amounts(&self, rows: &[usize]) -> Mat<f64> {
+        Mat::from_fn(self.base.nrows(), rows.len(), |i, j| {
+            match self.attached[rows[j]] {
+                true => self.base[(i, rows[j])],
+                false => 0.0,
             }
-        }
-        amounts
+        })
+    }
+
+    /// T, (n_b + n_x, r).
+    pub(super) fn combinations(&self) -> &Mat<f64> {
+        &self.dynamic.combinations
+    }
+
+    /// How much of T is added to g at λ, for forces at some rows, (r, rows).
+    pub(super) fn dynamic_amounts(&self, rows: &[usize], lambda: c64) -> Mat<c64> {
+        let Dynamic { squares, seen, .. } = &self.dynamic;
+        let [of_attached, of_outputs] = [true, false].map(|attached| -> Vec<c64> {
+            let weights = squares.iter();
+            weights
+                .map(|square| weight(*square, lambda, attached))
+                .collect()
+        });
+        Mat::from_fn(squares.len(), rows.len(), |k, j| {
+            let weights = match self.attached[rows[j]] {
+                true => &of_attached,
+                false => &of_outputs,
+            };
+            weights[k] * seen[(rows[j], k)]
+        })
     }
 
     /// C between rows and rows that forces act on.
@@ -176,8 +180,19 @@ pub(super) fn weighted_product(left: &Mat<f64>, weights: &[c64], right: &Mat<f64
         });
         weighted * right.transpose()
     };
-    let (real, imaginary) = (part(|weight| weight.re), part(|weight| weight.im));
-    Mat::from_fn(left.nrows(), right.nrows(), |i, j| {
+    joined(&part(|weight| weight.re), &part(|weight| weight.im))
+}
+
+/// A product of a real and a complex matrix.
+pub(super) fn real_product(left: &Mat<f64>, right: &Mat<c64>) -> Mat<c64> {
+    let part = |part: fn(&c64) -> f64| {
+        left * Mat::from_fn(right.nrows(), right.ncols(), |k, j| part(&right[(k, j)]))
+    };
+    joined(&part(|entry| entry.re), &part(|entry| entry.im))
+}
+
+fn joined(real: &Mat<f64>, imaginary: &Mat<f64>) -> Mat<c64> {
+    Mat::from_fn(real.nrows(), real.ncols(), |i, j| {
         c64::new(real[(i, j)], imaginary[(i, j)])
     })
 }

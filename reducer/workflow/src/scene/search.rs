@@ -86,6 +86,14 @@ impl UnprunedReduction {
     }
 }
 
+/// Columns for centrifugal forces, before a reduction.
+enum SpinQuestion {
+    /// Whether there are any is known, and why.
+    Answered(String),
+    /// The reduction has them, so that what is lost without them can be told; where that is little, they go.
+    Open,
+}
+
 /// One reduction in the scene's dimension.
 struct Computed {
     reduced: Reduced,
@@ -107,48 +115,41 @@ pub struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Finds the modes, then decides on centrifugal columns.
+    /// Finds the modes, and decides on centrifugal columns.
     ///
     /// # Errors
     /// Those of [`reduce`]; [`Error::Shortfall`] if the tolerance isn't reached, or the reduction isn't good by itself.
     pub fn whole(&self, observer: &mut dyn Observer) -> Result<UnprunedReduction, Error> {
         let mut sources = self.options.enrichment.clone();
         let loads = EnrichmentSource::Loads;
-        let is_seen_in_plane = self.asked.is_seen_in_plane();
         let are_loads_asked = !self.asked.demand.part_loads.is_empty();
-        if are_loads_asked && !is_seen_in_plane && !sources.contains(&loads) {
+        if are_loads_asked && !self.asked.is_seen_in_plane() && !sources.contains(&loads) {
             sources.push(loads);
         }
         let krylov = EnrichmentSource::Krylov;
         if self.makes_a_reference() && !sources.contains(&krylov) {
             sources.push(krylov);
         }
-        let mut found = self.enough_modes(&sources, observer)?;
-        let tolerance = self.limits.tolerance;
-        if is_seen_in_plane {
-            "no columns for centrifugal forces or loads: the part is taken through its plane of symmetry".clone_into(&mut found.spin);
-            return Ok(found);
+        let spin = self.spin();
+        if matches!(spin, SpinQuestion::Open) {
+            sources.push(EnrichmentSource::Spin);
         }
-        let spin = EnrichmentSource::Spin;
-        if sources.contains(&spin) {
-            "columns for centrifugal forces were asked for".clone_into(&mut found.spin);
-            return Ok(found);
+        self.enough_modes(&sources, &spin, observer)
+    }
+
+    /// Whether the scene needs columns for centrifugal forces, as far as that is known without them.
+    fn spin(&self) -> SpinQuestion {
+        if self.asked.is_seen_in_plane() {
+            return SpinQuestion::Answered(
+                "no columns for centrifugal forces or loads: the part is taken through its plane of symmetry".to_owned(),
+            );
         }
-        if let Some(why) = SpinColumns::unneeded(self.asked, &found.reduced, tolerance) {
-            found.spin = why;
-            return Ok(found);
+        if self.options.enrichment.contains(&EnrichmentSource::Spin) {
+            return SpinQuestion::Answered(
+                "columns for centrifugal forces were asked for".to_owned(),
+            );
         }
-        sources.push(spin);
-        let modes = ModeSelection::Lowest(found.reduced.superelement.mode_count());
-        let enriched = self.reduced(modes, &sources, observer)?.reduced;
-        let columns = SpinColumns::of(self.asked, &enriched, tolerance)?;
-        found.spin = columns.why();
-        if columns.are_needed() {
-            let round = self.round(&enriched, &found.squares)?;
-            found.rounds.extend(round);
-            found.reduced = enriched;
-        }
-        Ok(found)
+        SpinColumns::unneeded(self.asked).map_or(SpinQuestion::Open, SpinQuestion::Answered)
     }
 
     /// Whether the superelement shall be exact rather than small, and its form has further columns as coordinates.
@@ -163,6 +164,7 @@ impl Search<'_> {
     fn enough_modes(
         &self,
         sources: &[EnrichmentSource],
+        spin: &SpinQuestion,
         observer: &mut dyn Observer,
     ) -> Result<UnprunedReduction, Error> {
         let mut selection = self.first_modes();
@@ -173,6 +175,13 @@ impl Search<'_> {
                 modes,
                 out_of_plane,
             } = self.reduced(selection, sources, observer)?;
+            let (reduced, spin) = match spin {
+                SpinQuestion::Answered(why) => (reduced, why.clone()),
+                SpinQuestion::Open => {
+                    let columns = SpinColumns::of(self.asked, &reduced, self.limits.tolerance)?;
+                    (columns.kept_if_needed(reduced)?, columns.why())
+                }
+            };
             let element = &reduced.superelement;
             let squares = self.squares(element);
             let found = self.round(&reduced, &squares)?;
@@ -188,7 +197,7 @@ impl Search<'_> {
                     reduced,
                     rounds,
                     squares,
-                    spin: String::new(),
+                    spin,
                     out_of_plane,
                 });
             }
@@ -323,11 +332,13 @@ impl Search<'_> {
         let band = FrequencyBand {
             squares: squares.to_vec(),
         };
-        let found = estimate.over(&rows, &band, LOSS_FACTOR)?;
-        let brackets = [Some(found.static_response), Some(found.collocated.largest)];
-        let transfer = found.transfer.map(|transfer| transfer.largest);
+        let errors = estimate.responses(&rows, &band, LOSS_FACTOR)?;
+        let brackets = errors.map(|error| error.largest);
         let (mut lower, mut upper) = (0.0_f64, 0.0_f64);
-        for bracket in brackets.into_iter().chain([transfer]).flatten() {
+        for bracket in brackets
+            .into_iter()
+            .chain([estimate.static_response(&rows)?])
+        {
             lower = lower.max(bracket.lower);
             upper = upper.max(bracket.upper);
         }

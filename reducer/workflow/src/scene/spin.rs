@@ -11,9 +11,11 @@
 
 use dcb_demand::demand::{DEFLECTION_OF_INTEREST, NodeDemand};
 use dcb_formats::component::Role;
+use dcb_formats::further_column::Answer;
 use dcb_formats::mesh::Dimension;
 use dcb_formats::superelement::{Enrichment, RecoveryBasis, Superelement};
 use dcb_formats::units::four_digits;
+use dcb_superelement::selection::Selection;
 use faer::Mat;
 use nalgebra::Matrix3;
 
@@ -22,6 +24,8 @@ use crate::inverse_root::inverse_root;
 use dcb_reducer::Reduced;
 use dcb_reducer::error::Error;
 
+/// What is said of a part that has none.
+const NONE: &str = "no columns for centrifugal forces";
 /// Scaled directions of the reduced stiffness below this are combinations of others.
 const DEPENDENT: f64 = 1e-10;
 
@@ -44,36 +48,25 @@ fn in_words(asked: &ComponentDemand) -> String {
 }
 
 impl SpinColumns {
-    /// Why nothing can be lost, if that is clear without computing the columns.
-    pub fn unneeded(asked: &ComponentDemand, reduced: &Reduced, tolerance: f64) -> Option<String> {
-        let (spin, element) = (&asked.demand.spin, &reduced.superelement);
-        let outputs = element
-            .interfaces
-            .iter()
-            .any(|one| one.role == Role::Output);
-        let none = |why: &str| Some(format!("no columns for centrifugal forces: {why}"));
+    /// Why nothing can be lost, if that is clear before the part is reduced.
+    pub fn unneeded(asked: &ComponentDemand) -> Option<String> {
+        let spin = &asked.demand.spin;
+        let mut interfaces = asked.component.interfaces.iter();
+        let outputs = interfaces.any(|one| one.role == Role::Output);
+        let none = |why: &str| Some(format!("{NONE}: {why}"));
         if asked.demand.nodes == NodeDemand::None && !outputs {
             return none("nothing but interfaces with attachments is looked at");
         }
         if asked.is_rigid() {
             return none("the part doesn't deform");
         }
-        if spin.rate <= 0.0 {
-            return none(&spin.reason);
+        match spin.rate <= 0.0 {
+            true => none(&spin.reason),
+            false => None,
         }
-        let modes = &element.modes;
-        let elastic = modes.eigenvalues.iter().copied().find(|value| *value > 0.0);
-        let first = elastic.unwrap_or(modes.first_omitted_eigenvalue);
-        let share = spin.rate * spin.rate / first / DEFLECTION_OF_INTEREST;
-        (share <= tolerance).then(|| {
-            format!(
-                "no columns for centrifugal forces: at {} they deflect the part by {share:.1e} of deflections that are {DEFLECTION_OF_INTEREST} of its size",
-                in_words(asked)
-            )
-        })
     }
 
-    /// Of a reduction that has them.
+    /// Of a reduction that has them, or was asked for them and found none.
     ///
     /// # Errors
     /// [`Error::NotFinite`] if the reduced stiffness isn't finite.
@@ -82,8 +75,7 @@ impl SpinColumns {
         let rate = asked.demand.spin.rate;
         let (count, lost) = match &element.enrichment {
             Some(enrichment) => {
-                let is_spin = |name: &&String| *name == "spin" || name.starts_with("spin ");
-                let count = enrichment.names.iter().filter(is_spin).count();
+                let count = enrichment.names.iter().filter(|name| is_spin(name)).count();
                 let rows = watched_rows(asked, element, enrichment, &reduced.recovery);
                 let most = largest_loss(element, enrichment, count, &rows)?;
                 (
@@ -107,6 +99,17 @@ impl SpinColumns {
         self.lost > self.tolerance
     }
 
+    /// The reduction as it is, or without them.
+    ///
+    /// # Errors
+    /// Those of [`Selection::superelement`].
+    pub fn kept_if_needed(&self, reduced: Reduced) -> Result<Reduced, Error> {
+        match self.are_needed() {
+            true => Ok(reduced),
+            false => without_spin(reduced),
+        }
+    }
+
     /// Why they are kept, or not.
     pub fn why(&self) -> String {
         let Self {
@@ -114,12 +117,43 @@ impl SpinColumns {
         } = self;
         let begin = match self.are_needed() {
             true => format!("{count} columns for centrifugal forces"),
-            false => "no columns for centrifugal forces".to_owned(),
+            false => NONE.to_owned(),
         };
         format!(
             "{begin}: without them, at {rate}, displacements inside lose {lost:.1e} of deflections that are {DEFLECTION_OF_INTEREST} of the part's size"
         )
     }
+}
+
+/// Whether a further column of this name answers to centrifugal forces.
+fn is_spin(name: &str) -> bool {
+    let is_of = |dimension| matches!(Answer::named(name, dimension), Some(Answer::Spin(..)));
+    is_of(Dimension::Planar) || is_of(Dimension::Spatial)
+}
+
+/// What the reduction would have been without columns for centrifugal forces.
+fn without_spin(mut reduced: Reduced) -> Result<Reduced, Error> {
+    let element = &reduced.superelement;
+    let all = element.enrichment.iter().flat_map(|of| &of.names);
+    let others: Vec<&str> = (all.map(String::as_str))
+        .filter(|name| !is_spin(name))
+        .collect();
+    let selection = Selection::everything(element).with_enrichment(&others)?;
+    let mut smaller = selection.superelement(element)?;
+    smaller.provenance = element.provenance.clone();
+    smaller.derivation = element.derivation.clone();
+    if let Some(derivation) = &mut smaller.derivation {
+        derivation.left_out_columns.retain(|name| !is_spin(name));
+    }
+    reduced.recovery = selection.recovery(element, &reduced.recovery)?;
+    if let Some(quality) = &mut reduced.quality.enrichment {
+        quality.names.retain(|name| !is_spin(name));
+        quality.left_out.retain(|name| !is_spin(name));
+    }
+    reduced.quality.enrichment =
+        (reduced.quality.enrichment).filter(|of| !of.names.is_empty() || !of.left_out.is_empty());
+    reduced.superelement = smaller;
+    Ok(reduced)
 }
 
 /// Translations that are looked at and have no attachment over the whole basis, (rows, n): nodes, then output interfaces.
@@ -184,13 +218,13 @@ fn largest_loss(
     let stiffness = &enrichment.reduced_stiffness;
     let n = stiffness.nrows();
     let further = element.mode_count() + element.boundary_row_count();
-    let is_spin = |k: usize| {
+    let is_of_spin = |k: usize| {
         let name = k
             .checked_sub(further)
             .and_then(|at| enrichment.names.get(at));
-        name.is_some_and(|name| name == "spin" || name.starts_with("spin "))
+        name.is_some_and(|name| is_spin(name))
     };
-    let others: Vec<usize> = (0..n).filter(|k| !is_spin(*k)).collect();
+    let others: Vec<usize> = (0..n).filter(|k| !is_of_spin(*k)).collect();
     let every: Vec<usize> = (0..n).collect();
     let lost = match spin_columns {
         0 => return Ok(0.0),

@@ -1,0 +1,164 @@
+//! Bilinear forms of the moments between the static shapes of some rows, prepared for many λ.
+//!
+//! g = G + T D(λ) and P = P₀ - T D(λ), where only D, the amounts of the dynamic coordinates, changes with λ. A form of a moment M between two of them,
+//! say P and g, is then
+//!
+//! ```text
+//! Pᵀ M g = P₀ᵀ M G + P₀ᵀ M T D - Dᵀ Tᵀ M G - Dᵀ Tᵀ M T D
+//! ```
+//! with real products that are made once. Any sum of forms is a constant, a linear and a quadratic part in D: two products for each λ.
+
+use faer::{Mat, c64};
+
+use super::model::{Model, real_product};
+use super::scaled_moments::ScaledMoments;
+
+/// Products of one moment with P₀, G and T; rows of P₀ and G, coordinates of T.
+struct Products {
+    between_p: Mat<f64>,
+    p_with_g: Mat<f64>,
+    between_g: Mat<f64>,
+    p_with_t: Mat<f64>,
+    g_with_t: Mat<f64>,
+    between_t: Mat<f64>,
+}
+
+/// The forms of B_2, B_3 and M_4.
+pub(super) struct Forms {
+    /// G, (n, rows).
+    g: Mat<f64>,
+    /// P₀, (n, rows).
+    p: Mat<f64>,
+    residual: Products,
+    third: Products,
+    fourth: Products,
+}
+
+/// How much of each form a symmetric sum has.
+pub(super) struct KnownWeights {
+    /// Of Pᵀ B_2 P.
+    pub residual: c64,
+    /// Of Pᵀ B_3 P.
+    pub third_between_p: c64,
+    /// Of Pᵀ B_3 g + gᵀ B_3 P.
+    pub third_mixed: c64,
+    /// Of gᵀ B_3 g.
+    pub third_between_g: c64,
+    /// Of gᵀ M_4 g.
+    pub fourth: c64,
+}
+
+impl Products {
+    fn of(moment: &Mat<f64>, g: &Mat<f64>, p: &Mat<f64>, t: &Mat<f64>) -> Self {
+        let (of_g, of_t) = (moment * g, moment * t);
+        Self {
+            between_p: p.transpose() * (moment * p),
+            p_with_g: p.transpose() * &of_g,
+            between_g: g.transpose() * &of_g,
+            p_with_t: p.transpose() * &of_t,
+            g_with_t: g.transpose() * &of_t,
+            between_t: t.transpose() * &of_t,
+        }
+    }
+}
+
+impl Forms {
+    pub(super) fn of(model: &Model, moments: &ScaledMoments, rows: &[usize]) -> Self {
+        let g = model.static_amounts(rows);
+        let p = Mat::from_fn(g.nrows(), g.ncols(), |i, j| {
+            f64::from(u8::from(i == rows[j])) - g[(i, j)]
+        });
+        let products = |moment: &Mat<f64>| Products::of(moment, &g, &p, model.combinations());
+        Self {
+            residual: products(&moments.residual),
+            third: products(&moments.third),
+            fourth: products(&moments.fourth),
+            g,
+            p,
+        }
+    }
+
+    /// G and P₀.
+    pub(super) fn bases(&self) -> [&Mat<f64>; 2] {
+        [&self.g, &self.p]
+    }
+
+    /// The sum of forms with these weights, without conjugates, between two rows by their places.
+    pub(super) fn symmetric(
+        &self,
+        weights: KnownWeights,
+        amounts: &Mat<c64>,
+    ) -> impl Fn(usize, usize) -> c64 {
+        let Self {
+            residual: two,
+            third: three,
+            fourth: four,
+            ..
+        } = self;
+        let KnownWeights {
+            residual,
+            third_between_p: pp,
+            third_mixed: pg,
+            third_between_g: gg,
+            fourth,
+        } = weights;
+        let (coordinates, rows) = (amounts.nrows(), amounts.ncols());
+        let quadratic = Mat::from_fn(coordinates, coordinates, |k, l| {
+            residual * two.between_t[(k, l)]
+                + (pp - pg * 2.0 + gg) * three.between_t[(k, l)]
+                + fourth * four.between_t[(k, l)]
+        });
+        let mut half = quadratic * amounts;
+        for j in 0..rows {
+            for k in 0..coordinates {
+                let linear = (pg - pp) * three.p_with_t[(j, k)] - residual * two.p_with_t[(j, k)]
+                    + (gg - pg) * three.g_with_t[(j, k)]
+                    + fourth * four.g_with_t[(j, k)];
+                half[(k, j)] = half[(k, j)] * 0.5 + linear;
+            }
+        }
+        let moving = amounts.transpose() * half;
+        move |i, j| {
+            residual * two.between_p[(i, j)]
+                + pp * three.between_p[(i, j)]
+                + pg * (three.p_with_g[(i, j)] + three.p_with_g[(j, i)])
+                + gg * three.between_g[(i, j)]
+                + fourth * four.between_g[(i, j)]
+                + moving[(i, j)]
+                + moving[(j, i)]
+        }
+    }
+
+    /// Pᴴ B_2 P + λ Pᴴ B_3 g + λ̄ gᴴ B_3 P + |λ|² gᴴ M_4 g at D = 0, between two rows by their places.
+    pub(super) fn hermitian_base(&self, lambda: c64, i: usize, j: usize) -> c64 {
+        lambda * self.third.p_with_g[(i, j)]
+            + lambda.conj() * self.third.p_with_g[(j, i)]
+            + self.residual.between_p[(i, j)]
+            + lambda.norm_sqr() * self.fourth.between_g[(i, j)]
+    }
+
+    /// Half of the rest of that form: Dᴴ times this, and its adjoint; (coordinates, rows).
+    pub(super) fn hermitian_half(&self, lambda: c64, amounts: &Mat<c64>) -> Mat<c64> {
+        let Self {
+            residual: two,
+            third: three,
+            fourth: four,
+            ..
+        } = self;
+        let (coordinates, rows) = (amounts.nrows(), amounts.ncols());
+        let square = lambda.norm_sqr();
+        let quadratic = Mat::from_fn(coordinates, coordinates, |k, l| {
+            0.5 * (two.between_t[(k, l)] - 2.0 * lambda.re * three.between_t[(k, l)]
+                + square * four.between_t[(k, l)])
+        });
+        let mut half = real_product(&quadratic, amounts);
+        for j in 0..rows {
+            for k in 0..coordinates {
+                let mixed =
+                    lambda.conj() * three.p_with_t[(j, k)] - lambda * three.g_with_t[(j, k)];
+                half[(k, j)] += mixed + square * four.g_with_t[(j, k)] - two.p_with_t[(j, k)];
+            }
+        }
+        half
+    }
+}
