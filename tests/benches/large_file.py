@@ -103,7 +103,7 @@ def main():
     parser.add_argument("--rounds", type=int, default=7)
     parser.add_argument("--write", action="store_true")
     options = parser.parse_args()
-    subprocess.check_call(["cargo", "build", "--release", "--quiet", "-p", "dcb-runtime", "--bin", "simulate"], cwd=runner.ROOT)
+    subprocess.check_call(["cargo", "build", "--release", "--quiet", "--bin", "simulate"], cwd=runner.ROOT)
     lines = [dict(kind="conditions", **runner.conditions())]
     lines[0]["command"] = "python3 tests/benches/large_file.py " + " ".join(sys.argv[1:])
     with tempfile.TemporaryDirectory() as folder:

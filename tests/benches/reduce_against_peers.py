@@ -318,7 +318,7 @@ def main():
     os.makedirs(options.data, exist_ok=True)
     options.given = bool(options.reduce)
     if not options.given:
-        subprocess.check_call(["cargo", "build", "--release", "--quiet", "-p", "dcb-reducer"], cwd=ROOT)
+        subprocess.check_call(["cargo", "build", "--release", "--quiet", "--bin", "reduce"], cwd=ROOT)
         options.reduce = os.path.join(os.environ.get("CARGO_TARGET_DIR", os.path.join(ROOT, "target")), "release", "reduce")
     bench = Bench(options)
     threads = [int(count) for count in options.threads.split(",")]

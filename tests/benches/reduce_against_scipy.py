@@ -77,7 +77,7 @@ def main():
     options = parser.parse_args()
     import numpy as np
 
-    subprocess.check_call(["cargo", "build", "--release", "--quiet", "-p", "dcb-reducer", "-p", "dcb-samples"], cwd=ROOT)
+    subprocess.check_call(["cargo", "build", "--release", "--quiet", "--bin", "reduce", "--bin", "samples"], cwd=ROOT)
     where = machine()
     with tempfile.TemporaryDirectory() as folder:
         subprocess.check_call(
