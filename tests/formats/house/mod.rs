@@ -3,6 +3,7 @@
 mod book;
 mod circles;
 mod crates;
+mod lock_files;
 mod named_paths;
 mod one_writer;
 mod top_level;
