@@ -57,7 +57,7 @@ mod stress_error;
 
 pub use dynamic_coordinates::DynamicCoordinates;
 pub use error::{Asymmetry, Error};
-pub use error_bounds::ErrorBounds;
+pub use error_bounds::{ErrorBounds, ErrorsBetween};
 pub use frequency_band::FrequencyBand;
 pub use made_for::{FrequencyLimit, LeftOutBy, LoadedDirections, MadeFor};
 pub use multiple_roots::{CLUSTER_TOLERANCE, extended_to_gap};

@@ -8,7 +8,7 @@
 //! w are forces on the rows of body b, by the input u and by a unit force along the output y: the mechanism is at rest, so that it is reciprocal. First order is no bound:
 //! tests compare it with responses of the whole mesh.
 
-use dcb_superelement::ErrorBounds;
+use dcb_superelement::{ErrorBounds, ErrorsBetween};
 use faer::linalg::solvers::SolveLstsq;
 use faer::{Mat, c64};
 
@@ -23,6 +23,8 @@ pub(super) struct Errors<'a> {
 
 struct OfBody<'a> {
     bounds: &'a ErrorBounds,
+    /// Between all of its rows; `None` if no force acts on them.
+    errors: Option<ErrorsBetween<'a>>,
     /// From forces on the body's rows to those on the rows of the bounds, (amounts, rows).
     amounts: Mat<f64>,
     /// First of the body's rows among the outputs of the mechanism.
@@ -45,9 +47,11 @@ impl<'a> Errors<'a> {
         let mut bodies = Vec::with_capacity(own.len());
         for (bounds, forces) in own {
             let rows = forces.nrows();
+            let all: Vec<usize> = (0..forces.ncols()).collect();
             let unit = Mat::<f64>::identity(rows, rows);
             bodies.push(OfBody {
                 bounds,
+                errors: bounds.between(&all).ok(),
                 amounts: forces.qr().solve_lstsq(&unit),
                 first,
             });
@@ -85,8 +89,7 @@ impl<'a> Errors<'a> {
             };
             let (real, imaginary) = (part(|x| x.re), part(|x| x.im));
             let amount = |row: usize, j: usize| c64::new(real[(row, j)], imaginary[(row, j)]);
-            let all: Vec<usize> = (0..amounts).collect();
-            let of_body = body.bounds.at(&all, square, self.loss).ok()?;
+            let of_body = body.errors.as_ref()?.at(square, self.loss).ok()?;
             for j in 0..inputs {
                 // How far the rows are off by the forces of the input.
                 let moved: Vec<(c64, f64)> = (0..amounts)

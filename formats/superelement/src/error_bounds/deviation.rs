@@ -46,14 +46,14 @@ pub(super) enum RestBetween {
 
 /// Deviations between some rows and those of them that forces act on, for any λ below the eigenvalue bound.
 pub(super) struct Deviations<'a> {
-    bounds: &'a ErrorBounds,
-    rows: Vec<usize>,
-    forced: Vec<usize>,
+    pub bounds: &'a ErrorBounds,
+    pub rows: Vec<usize>,
+    pub forced: Vec<usize>,
     /// Of the rows that forces act on among the rows.
-    places: Vec<usize>,
+    pub places: Vec<usize>,
     /// Rows of each interface, by their places.
     interfaces: Vec<Vec<usize>>,
-    forms: Forms,
+    forms: Forms<'a>,
     /// Motions of the kept modes at the rows, and at those that forces act on.
     shapes: [Mat<f64>; 2],
 }
@@ -86,7 +86,7 @@ impl ErrorBounds {
                 .filter_map(|row| rows.iter().position(|known| known == row))
                 .collect(),
             interfaces,
-            forms: Forms::of(&self.model, &self.moments, rows),
+            forms: Forms::of(&self.model, &self.coordinates, rows),
             shapes,
             rows: rows.to_vec(),
             forced: forced.to_vec(),

@@ -6,32 +6,46 @@
 //! ```text
 //! Pᵀ M g = P₀ᵀ M G + P₀ᵀ M T D - Dᵀ Tᵀ M G - Dᵀ Tᵀ M T D
 //! ```
-//! with real products that are made once. Any sum of forms is a constant, a linear and a quadratic part in D: two products for each λ.
+//! with real products that are made once: those of the coordinates for all rows, the others for those of interest. Any sum of forms is a constant, a linear and a quadratic part in D: two products for each λ.
 
 use faer::{Mat, c64};
 
 use super::model::{Model, real_product};
 use super::scaled_moments::ScaledMoments;
 
+/// One moment M, M T and Tᵀ M T, whichever the rows.
+struct Coordinates {
+    moment: Mat<f64>,
+    of_t: Mat<f64>,
+    between_t: Mat<f64>,
+}
+
+/// B_2, B_3 and M_4 with the products that don't depend on the rows.
+pub(super) struct CoordinateForms {
+    residual: Coordinates,
+    third: Coordinates,
+    fourth: Coordinates,
+}
+
 /// Products of one moment with P₀, G and T; rows of P₀ and G, coordinates of T.
-struct Products {
+struct Products<'a> {
     between_p: Mat<f64>,
     p_with_g: Mat<f64>,
     between_g: Mat<f64>,
     p_with_t: Mat<f64>,
     g_with_t: Mat<f64>,
-    between_t: Mat<f64>,
+    between_t: &'a Mat<f64>,
 }
 
-/// The forms of B_2, B_3 and M_4.
-pub(super) struct Forms {
+/// The forms of B_2, B_3 and M_4 between some rows.
+pub(super) struct Forms<'a> {
     /// G, (n, rows).
     g: Mat<f64>,
     /// P₀, (n, rows).
     p: Mat<f64>,
-    residual: Products,
-    third: Products,
-    fourth: Products,
+    residual: Products<'a>,
+    third: Products<'a>,
+    fourth: Products<'a>,
 }
 
 /// How much of each form a symmetric sum has.
@@ -48,31 +62,52 @@ pub(super) struct KnownWeights {
     pub fourth: c64,
 }
 
-impl Products {
-    fn of(moment: &Mat<f64>, g: &Mat<f64>, p: &Mat<f64>, t: &Mat<f64>) -> Self {
-        let (of_g, of_t) = (moment * g, moment * t);
+impl Coordinates {
+    fn of(moment: Mat<f64>, t: &Mat<f64>) -> Self {
+        let of_t = &moment * t;
         Self {
-            between_p: p.transpose() * (moment * p),
-            p_with_g: p.transpose() * &of_g,
-            between_g: g.transpose() * &of_g,
-            p_with_t: p.transpose() * &of_t,
-            g_with_t: g.transpose() * &of_t,
             between_t: t.transpose() * &of_t,
+            of_t,
+            moment,
         }
     }
 }
 
-impl Forms {
-    pub(super) fn of(model: &Model, moments: &ScaledMoments, rows: &[usize]) -> Self {
+impl CoordinateForms {
+    pub(super) fn of(model: &Model, moments: &ScaledMoments) -> Self {
+        let of = |moment: &Mat<f64>| Coordinates::of(moment.clone(), model.combinations());
+        Self {
+            residual: of(&moments.residual),
+            third: of(&moments.third),
+            fourth: of(&moments.fourth),
+        }
+    }
+}
+
+impl<'a> Products<'a> {
+    fn of(of: &'a Coordinates, g: &Mat<f64>, p: &Mat<f64>) -> Self {
+        let of_g = &of.moment * g;
+        Self {
+            between_p: p.transpose() * (&of.moment * p),
+            p_with_g: p.transpose() * &of_g,
+            between_g: g.transpose() * &of_g,
+            p_with_t: p.transpose() * &of.of_t,
+            g_with_t: g.transpose() * &of.of_t,
+            between_t: &of.between_t,
+        }
+    }
+}
+
+impl<'a> Forms<'a> {
+    pub(super) fn of(model: &Model, coordinates: &'a CoordinateForms, rows: &[usize]) -> Self {
         let g = model.static_amounts(rows);
         let p = Mat::from_fn(g.nrows(), g.ncols(), |i, j| {
             f64::from(u8::from(i == rows[j])) - g[(i, j)]
         });
-        let products = |moment: &Mat<f64>| Products::of(moment, &g, &p, model.combinations());
         Self {
-            residual: products(&moments.residual),
-            third: products(&moments.third),
-            fourth: products(&moments.fourth),
+            residual: Products::of(&coordinates.residual, &g, &p),
+            third: Products::of(&coordinates.third, &g, &p),
+            fourth: Products::of(&coordinates.fourth, &g, &p),
             g,
             p,
         }

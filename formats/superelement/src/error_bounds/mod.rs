@@ -4,6 +4,7 @@
 //! no finer reduction and no further solution is needed, whatever the band and whichever rows are of interest. `docs/error-estimate.md` has
 //! the derivation. Measures, scales and norms are those of `reduce study`.
 
+mod between;
 mod blocks;
 mod deviation;
 mod forms;
@@ -19,10 +20,12 @@ use faer::{Mat, c64};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+pub use self::between::{ErrorMatrices, ErrorsBetween};
 pub use self::held_eigenvalues::HeldEigenvalue;
 
 use self::blocks::{Blocks, InterfacePairs};
 use self::deviation::RestBetween;
+use self::forms::CoordinateForms;
 use self::model::Model;
 use self::rows::Rows;
 use self::scaled_moments::ScaledMoments;
@@ -79,19 +82,6 @@ pub struct Estimate {
     pub free_frequency: f64,
 }
 
-/// H of a superelement between rows at one frequency, with its error. All are in the file's units; forces act on the columns' rows.
-#[derive(Clone, Debug)]
-pub struct ErrorMatrices {
-    /// Rows that forces act on, which the columns belong to.
-    pub forced: Vec<usize>,
-    /// H(λ) of the superelement.
-    pub reduced: Mat<c64>,
-    /// H - H of the superelement is this,
-    pub difference: Mat<c64>,
-    /// give or take this, entry by entry.
-    pub radius: Mat<f64>,
-}
-
 /// Errors of a superelement with one compatibility, as far as they are known.
 pub struct ErrorBounds {
     compatibility: Compatibility,
@@ -99,6 +89,7 @@ pub struct ErrorBounds {
     rows: Rows,
     moments: ScaledMoments,
     model: Model,
+    coordinates: CoordinateForms,
     /// ω² of the highest kept mode.
     highest: Option<f64>,
 }
@@ -115,11 +106,13 @@ impl ErrorBounds {
         };
         let rows = Rows::of(element, moments);
         let model = Model::of(element, moments, &rows, compatibility).ok_or(Error::NotFinite)?;
+        let scaled = ScaledMoments::of(moments, &rows);
         let of_forces = (moments.loaded.as_ref()).map(|loaded| loaded.eigenvalue_bound);
         Ok(Some(Self {
             compatibility,
             eigenvalue_bound: of_forces.unwrap_or(moments.eigenvalue_bound),
-            moments: ScaledMoments::of(moments, &rows),
+            coordinates: CoordinateForms::of(&model, &scaled),
+            moments: scaled,
             model,
             rows,
             highest: element.modes.eigenvalues.last().copied(),
@@ -303,7 +296,18 @@ impl ErrorBounds {
             .any(|one| one != interface(&rows[0]))
     }
 
-    /// H and its errors between some rows at ω², in the file's units.
+    /// H and its errors between some rows, at any frequency.
+    ///
+    /// # Errors
+    /// [`Error::NoForce`] if no force acts on the rows.
+    pub fn between(&self, rows: &[usize]) -> Result<ErrorsBetween<'_>, Error> {
+        let forced = self.forced(rows)?;
+        Ok(ErrorsBetween {
+            deviations: self.deviations(rows, &forced),
+        })
+    }
+
+    /// The same at one ω².
     ///
     /// # Errors
     /// As [`ErrorBounds::over`].
@@ -313,37 +317,7 @@ impl ErrorBounds {
         square: f64,
         loss_factor: f64,
     ) -> Result<ErrorMatrices, Error> {
-        let forced = self.forced(rows)?;
-        self.refuse_beyond(square)?;
-        let damping = c64::new(1.0, loss_factor);
-        let lambda = c64::new(square, 0.0) / damping;
-        let deviations = self.deviations(rows, &forced);
-        let found = deviations.at(lambda, RestBetween::RowsOfAnInterface);
-        let places: Vec<usize> = (0..rows.len())
-            .filter(|i| self.rows.attached[rows[*i]])
-            .collect();
-        // Back from scaled rows, and H / (1 + iη) is the damped component's.
-        let unscaled = |i: usize, j: usize| {
-            let whole = self.rows.scale[rows[i]] * self.rows.scale[forced[j]];
-            if whole > 0.0 { 1.0 / whole } else { 0.0 }
-        };
-        let damped = |matrix: &Mat<c64>| {
-            Mat::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
-                matrix[(i, j)] * unscaled(i, j) / damping
-            })
-        };
-        let radius = Mat::from_fn(rows.len(), forced.len(), |i, j| {
-            let rest =
-                found.rest[(i, i)].re.max(0.0) * found.rest[(places[j], places[j])].re.max(0.0);
-            (rest.sqrt() + found.rounding[(i, j)] + found.of_modes[(i, j)]) * unscaled(i, j)
-                / damping.norm()
-        });
-        Ok(ErrorMatrices {
-            reduced: damped(&found.reduced),
-            difference: damped(&found.known),
-            radius,
-            forced,
-        })
+        self.between(rows)?.at(square, loss_factor)
     }
 
     fn forced(&self, rows: &[usize]) -> Result<Vec<usize>, Error> {

@@ -65,8 +65,9 @@ pub fn of(element: &Superelement, arrays: &mut Arrays) -> Result<Responses, Erro
     let mut errors = Vec::new();
     for row in first_rows(element, &rows) {
         let mut drawn: [Vec<f64>; 4] = Default::default();
+        let of_row = bounds.between(&[row])?;
         for square in &band.squares {
-            let at = bounds.at(&[row], *square, LOSS_FACTOR)?;
+            let at = of_row.at(*square, LOSS_FACTOR)?;
             let (reduced, radius) = (at.reduced[(0, 0)], at.radius[(0, 0)]);
             let whole = (reduced + at.difference[(0, 0)]).norm();
             drawn[0].push(reduced.norm());
