@@ -8,7 +8,7 @@ use crate::model::plausibility::unit_warnings;
 use crate::modes::free_modes::FreeModes;
 use crate::pipeline::diagnosis::Support;
 use crate::pipeline::free_body::FreeBody;
-use crate::quality::Quality;
+use crate::quality::{EnrichmentQuality, Quality};
 
 /// A mass matrix whose directions disagree by more than this, relatively, does not move as a rigid body.
 const MASS_DEFECT: f64 = 1e-6;
@@ -116,14 +116,7 @@ fn of_columns(quality: &Quality) -> Vec<String> {
             ),
         });
     }
-    for name in quality
-        .enrichment
-        .iter()
-        .flat_map(|further| &further.left_out)
-    {
-        warnings.push(format!(
-            "the response to {name} has nothing beyond the kept modes and rigid motions: no column"
-        ));
-    }
+    let left_out = (quality.enrichment.iter()).flat_map(|further| &further.left_out);
+    warnings.extend(left_out.map(|name| EnrichmentQuality::warning(name)));
     warnings
 }

@@ -128,6 +128,13 @@ impl EnrichmentQuality {
             left_out: further.left_out.clone(),
         }
     }
+
+    /// What is said of a response that is left out.
+    pub fn warning(left_out: &str) -> String {
+        format!(
+            "the response to {left_out} has nothing beyond the kept modes and rigid motions: no column"
+        )
+    }
 }
 
 /// A dependent row by name.

@@ -23,6 +23,7 @@ use super::component_demand::ComponentDemand;
 use crate::inverse_root::inverse_root;
 use dcb_reducer::Reduced;
 use dcb_reducer::error::Error;
+use dcb_reducer::quality::EnrichmentQuality;
 
 /// What is said of a part that has none.
 const NONE: &str = "no columns for centrifugal forces";
@@ -147,6 +148,14 @@ fn without_spin(mut reduced: Reduced) -> Result<Reduced, Error> {
     }
     reduced.recovery = selection.recovery(element, &reduced.recovery)?;
     if let Some(quality) = &mut reduced.quality.enrichment {
+        let left_out = (quality.left_out.iter()).filter(|name| is_spin(name));
+        let unasked: Vec<String> = left_out
+            .map(|name| EnrichmentQuality::warning(name))
+            .collect();
+        smaller
+            .provenance
+            .warnings
+            .retain(|warning| !unasked.contains(warning));
         quality.names.retain(|name| !is_spin(name));
         quality.left_out.retain(|name| !is_spin(name));
     }
