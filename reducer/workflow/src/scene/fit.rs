@@ -13,6 +13,7 @@ use super::bodies::PartInScene;
 use super::component_demand::{ComponentDemand, WATCHED};
 use super::report::scene_fit;
 use super::search::{Extent, Limits, UnprunedReduction};
+use super::selected::selected;
 use dcb_reducer::Reduced;
 use dcb_reducer::Work;
 use dcb_reducer::error::{Error, Shortfall};
@@ -195,14 +196,7 @@ fn without_watched(reduced: Reduced, asked: &ComponentDemand) -> Result<Reduced,
     {
         selection = selection.with_interface(WATCHED, InterfaceSelection::Dropped)?;
     }
-    let mut superelement = selection.superelement(element)?;
-    superelement.provenance = element.provenance.clone();
-    superelement.derivation = element.derivation.clone();
-    Ok(Reduced {
-        recovery: selection.recovery(element, &reduced.recovery)?,
-        superelement,
-        ..reduced
-    })
+    selected(reduced, &selection)
 }
 
 fn observed(

@@ -17,6 +17,7 @@ mod in_plane;
 mod interfaces;
 mod report;
 mod search;
+mod selected;
 mod spin;
 
 pub use bodies::PartInScene;

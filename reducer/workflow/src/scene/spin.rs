@@ -20,6 +20,7 @@ use faer::Mat;
 use nalgebra::Matrix3;
 
 use super::component_demand::ComponentDemand;
+use super::selected::selected;
 use crate::inverse_root::inverse_root;
 use dcb_reducer::Reduced;
 use dcb_reducer::error::Error;
@@ -133,36 +134,30 @@ fn is_spin(name: &str) -> bool {
 }
 
 /// What the reduction would have been without columns for centrifugal forces.
-fn without_spin(mut reduced: Reduced) -> Result<Reduced, Error> {
+fn without_spin(reduced: Reduced) -> Result<Reduced, Error> {
     let element = &reduced.superelement;
     let all = element.enrichment.iter().flat_map(|of| &of.names);
     let others: Vec<&str> = (all.map(String::as_str))
         .filter(|name| !is_spin(name))
         .collect();
     let selection = Selection::everything(element).with_enrichment(&others)?;
-    let mut smaller = selection.superelement(element)?;
-    smaller.provenance = element.provenance.clone();
-    smaller.derivation = element.derivation.clone();
-    if let Some(derivation) = &mut smaller.derivation {
+    let mut smaller = selected(reduced, &selection)?;
+    if let Some(derivation) = &mut smaller.superelement.derivation {
         derivation.left_out_columns.retain(|name| !is_spin(name));
     }
-    reduced.recovery = selection.recovery(element, &reduced.recovery)?;
-    if let Some(quality) = &mut reduced.quality.enrichment {
+    if let Some(quality) = &mut smaller.quality.enrichment {
         let left_out = (quality.left_out.iter()).filter(|name| is_spin(name));
         let unasked: Vec<String> = left_out
             .map(|name| EnrichmentQuality::warning(name))
             .collect();
-        smaller
-            .provenance
-            .warnings
-            .retain(|warning| !unasked.contains(warning));
+        let warnings = &mut smaller.superelement.provenance.warnings;
+        warnings.retain(|warning| !unasked.contains(warning));
         quality.names.retain(|name| !is_spin(name));
         quality.left_out.retain(|name| !is_spin(name));
     }
-    reduced.quality.enrichment =
-        (reduced.quality.enrichment).filter(|of| !of.names.is_empty() || !of.left_out.is_empty());
-    reduced.superelement = smaller;
-    Ok(reduced)
+    smaller.quality.enrichment =
+        (smaller.quality.enrichment).filter(|of| !of.names.is_empty() || !of.left_out.is_empty());
+    Ok(smaller)
 }
 
 /// Translations that are looked at and have no attachment over the whole basis, (rows, n): nodes, then output interfaces.
