@@ -24,7 +24,7 @@ const COLUMNS_AT_A_TIME: usize = 32;
 /// Nodes whose rows of Ψ are gathered at a time: they stay in the cache of one core.
 const NODES_AT_A_TIME: usize = 256;
 /// Nodes per task, whose sums are added in order.
-const NODES_PER_TASK: usize = 16 * NODES_AT_A_TIME;
+const NODES_PER_TASK: usize = 4 * NODES_AT_A_TIME;
 /// Relative difference of two directions' mass that is rounding.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 

@@ -1,5 +1,7 @@
 //! A component as a free body: K and M without what rigid interfaces take away, L_b, mass and centre, and the rigid motions.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use dcb_formats::component::Component;
 use dcb_sparse::factorization::SymmetricFactor;
 
@@ -16,6 +18,7 @@ use crate::model::stresses::refuse_rigid_stress;
 use crate::modes::free_modes::FreeModes;
 use crate::pipeline::diagnosis::{LoosePieces, Support, check_rows, support};
 use crate::pipeline::reduction::Reduction;
+use crate::resources::huge_pages::touch_ahead;
 
 /// Start of a reduction.
 pub(crate) struct FreeBody<'a> {
@@ -60,16 +63,26 @@ impl<'a> FreeBody<'a> {
         })
     }
 
-    /// The order of the factor of K + σ M, found by one thread; what K says of the spectrum comes from the others meanwhile.
+    /// The order of the factor of K + σ M, found by one thread; what K says of the spectrum comes from the others meanwhile. If they
+    /// are done first, room for the factor is touched.
     ///
     /// # Errors
     /// [`Error::OutOfMemory`].
     pub fn analysed(&self) -> Result<(SymmetricFactor, Spectrum), Error> {
         let model = &self.model;
-        let (factor, spectrum) = rayon::join(
-            || SymmetricFactor::analyse(&model.stiffness, &model.mass, &model.points()),
-            || self.spectrum(),
-        );
+        let is_ordered = AtomicBool::new(rayon::current_num_threads() == 1);
+        let ordered = || {
+            let factor = SymmetricFactor::analyse(&model.stiffness, &model.mass, &model.points());
+            is_ordered.store(true, Ordering::Relaxed);
+            factor
+        };
+        let meanwhile = || {
+            let spectrum = self.spectrum();
+            // A factor has about as many entries as K, or more.
+            touch_ahead(size_of_val(model.stiffness.val()), &is_ordered);
+            spectrum
+        };
+        let (factor, spectrum) = rayon::join(ordered, meanwhile);
         Ok((factor?, spectrum))
     }
 

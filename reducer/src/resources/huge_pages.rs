@@ -5,11 +5,18 @@
 //! `madvise`); elsewhere this is the system's allocator.
 
 use std::alloc::{GlobalAlloc, Layout, System};
+use std::mem::MaybeUninit;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use dcb_formats::out_of_memory::address_space_limit;
 
 /// Blocks from this size on ask for huge pages.
 const LARGE: usize = 8 << 20;
+/// Bytes of a page of ordinary size.
+const PAGE: usize = 4096;
+
+/// Whether the allocator keeps freed memory, and there is no limit that holes would use up.
+static KEPT: AtomicBool = AtomicBool::new(false);
 
 /// The system's allocator, with huge pages for large blocks.
 pub struct HugePages;
@@ -54,6 +61,7 @@ pub fn keep_freed_memory() {
         libc::mallopt(libc::M_TRIM_THRESHOLD, -1);
         if address_space_limit().is_none() {
             libc::mallopt(libc::M_TOP_PAD, 64 << 20);
+            KEPT.store(true, Ordering::Relaxed);
         }
         libc::mallopt(libc::M_ARENA_MAX, 1);
     }
@@ -64,7 +72,6 @@ fn advise(block: *mut u8, size: usize) {
     if size < LARGE || block.is_null() {
         return;
     }
-    const PAGE: usize = 4096;
     let start = (block as usize).next_multiple_of(PAGE);
     let end = (block as usize + size) & !(PAGE - 1);
     // SAFETY: whole pages of a block that the allocator has just handed out; the advice is only that.
@@ -75,3 +82,19 @@ fn advise(block: *mut u8, size: usize) {
 
 #[cfg(not(target_os = "linux"))]
 fn advise(_: *mut u8, _: usize) {}
+
+/// Touches room for the blocks to come, page by page until it is told to stop, and hands it to the allocator, which keeps it: for a thread that has
+/// nothing else to do. Nothing happens where freed memory isn't kept, or may be too little.
+pub(crate) fn touch_ahead(bytes: usize, stop: &AtomicBool) {
+    let mut room: Vec<u8> = Vec::new();
+    if !KEPT.load(Ordering::Relaxed) || room.try_reserve_exact(bytes).is_err() {
+        return;
+    }
+    for page in room.spare_capacity_mut().chunks_mut(PAGE) {
+        if stop.load(Ordering::Relaxed) {
+            return;
+        }
+        // SAFETY: the page is the vector's own; volatile, because nobody reads what is written.
+        unsafe { page.as_mut_ptr().write_volatile(MaybeUninit::new(0)) };
+    }
+}

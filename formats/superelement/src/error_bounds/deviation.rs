@@ -13,7 +13,7 @@
 //! A band asks for many λ, and g changes with λ by the weights of the dynamic coordinates alone ([`Model`]). So the products of the moments
 //! with the shapes are made once for some rows ([`Forms`]).
 
-use faer::{Mat, c64};
+use faer::{ColRef, Mat, c64};
 
 use super::DENSE_ROUNDING;
 use super::ErrorBounds;
@@ -225,22 +225,31 @@ impl Deviations<'_> {
             self.rows.iter().map(|row| factor * roots[*row]).collect()
         };
         // |g|ᵀ and |P|ᵀ times roots.
-        let along = |base: &Mat<f64>, sign: f64, roots: &[f64], factor: f64| -> Vec<f64> {
-            let sum = |j: usize| -> f64 {
-                let amount = |i: usize| dynamic[(i, j)] * sign + base[(i, j)];
-                (0..roots.len()).map(|i| amount(i).norm() * roots[i]).sum()
+        let sizes = |base: &Mat<f64>, sign: f64| {
+            Mat::from_fn(base.nrows(), base.ncols(), |i, j| {
+                (dynamic[(i, j)] * sign + base[(i, j)]).norm_sqr().sqrt()
+            })
+        };
+        let along = |sizes: &Mat<f64>, roots: &[f64], factor: f64| -> Vec<f64> {
+            let sum = |sizes: ColRef<'_, f64>| -> f64 {
+                sizes
+                    .iter()
+                    .zip(roots)
+                    .map(|(size, root)| size * root)
+                    .sum()
             };
-            (0..base.ncols()).map(|j| factor * sum(j)).collect()
+            sizes.col_iter().map(|sizes| factor * sum(sizes)).collect()
         };
         let (half, whole) = (size.sqrt(), size);
         let disc = far.sqrt();
         let [g, p] = self.forms.bases();
+        let (g, p) = (sizes(g, 1.0), sizes(p, -1.0));
         let (g3, p3, g4) = (
-            along(g, 1.0, third, whole),
-            along(p, -1.0, third, whole),
-            along(g, 1.0, fourth, whole * half),
+            along(&g, third, whole),
+            along(&p, third, whole),
+            along(&g, fourth, whole * half),
         );
-        let p2 = along(p, -1.0, second, half);
+        let p2 = along(&p, second, half);
         let pairs = [
             (own(first, 1.0), own(first, 1.0), 1.0),
             (own(second, half), own(second, half), 1.0),

@@ -7,6 +7,8 @@ use super::{GROUP, Real, STRIP};
 
 /// Rows below that stay in the nearest cache while they serve all columns of a group.
 const ROWS: usize = 64;
+/// A group of so many bytes is in a cache when its turn comes if it was asked for during the one before.
+const CACHED: usize = 128 << 10;
 
 pub(super) struct Backward<'a, T, const N: usize> {
     pub(super) packed: &'a [T],
@@ -90,25 +92,30 @@ fn group<
         (before, strip) = before.split_at(before.len() - (W * (G - g) + below.len()) * W);
         strips[g] = strip.as_chunks::<W>().0;
     }
+    let bytes = size_of_val(packed) - size_of_val(before);
+    let ahead = match bytes > CACHED {
+        true => (ROWS * size_of::<[T; W]>()) as isize,
+        false => -(bytes as isize),
+    };
     for (number, known) in below.chunks(ROWS).enumerate() {
         for g in 0..G {
             let at = W * (G - g) + number * ROWS;
             let factors = &strips[g][at..at + known.len()];
             let sums = &mut own[W * g..W * (g + 1)];
-            subtract::<S, T, R, C, D, W>(simd, factors, known, sums);
+            subtract::<S, T, R, C, D, W>(simd, factors, ahead, known, sums);
         }
     }
     for g in (0..G).rev() {
         let (open, solved) = own[W * g..].split_at_mut(W);
         let (triangle, inside) = strips[g].split_at(W);
         let factors = &inside[..solved.len()];
-        subtract::<S, T, R, C, D, W>(simd, factors, solved, open);
+        subtract::<S, T, R, C, D, W>(simd, factors, ahead, solved, open);
         solve::<S, T, R, W>(simd, triangle, open);
     }
     before
 }
 
-/// `sums -= factorsᵀ known`, `D` of the strip's columns and `C` registers of a row at a time.
+/// `sums -= factorsᵀ known`, `D` of the strip's columns and `C` registers of a row at a time; what stands `ahead` bytes behind the factors is asked for.
 #[inline(always)]
 fn subtract<
     S: pulp::Simd,
@@ -120,22 +127,23 @@ fn subtract<
 >(
     simd: S,
     factors: &[[T; W]],
+    ahead: isize,
     known: &[[S::f64s; R]],
     sums: &mut [[S::f64s; R]],
 ) {
-    // What the next rows need is asked for bit by bit while these are worked on.
-    let share = (factors.len() * D * C).div_ceil(W * R);
-    let mut parts = factors.chunks(share.max(1));
     let mut column = 0;
     while column < W {
         let mut first = 0;
         while first < R {
-            ask_ahead(parts.next().unwrap_or_default(), ROWS * size_of::<[T; W]>());
             let mut own = [[simd.splat_f64s(0.0); C]; D];
             for d in 0..D {
                 own[d].copy_from_slice(&sums[column + d][first..first + C]);
             }
             for (factors, known) in factors.iter().zip(known) {
+                // Row by row: many lines asked for at once make the arithmetic wait.
+                if column + first == 0 {
+                    ask_ahead(factors, ahead);
+                }
                 let mut x = [simd.splat_f64s(0.0); C];
                 x.copy_from_slice(&known[first..first + C]);
                 for d in 0..D {

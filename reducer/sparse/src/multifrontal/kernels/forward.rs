@@ -6,7 +6,7 @@ use super::registers::{ask_ahead, rows, scale, subtract_scaled};
 use super::{GROUP, Real, STRIP};
 
 /// How far ahead of the arithmetic the factor is asked for, bytes.
-const AHEAD: usize = 2048;
+const AHEAD: isize = 2048;
 
 pub(super) struct Forward<'a, T, const N: usize> {
     pub(super) packed: &'a [T],
@@ -180,9 +180,6 @@ fn tile<
     ) else {
         return;
     };
-    for factors in factors {
-        ask_ahead(factors, AHEAD);
-    }
     let mut first = 0;
     while first < R {
         let mut sums = [[simd.splat_f64s(0.0); C]; M];
@@ -191,6 +188,12 @@ fn tile<
         }
         for (factors, solved) in factors.iter().zip(solved) {
             for c in 0..W {
+                // Bit by bit: many lines asked for at once make the arithmetic wait.
+                if first == 0 {
+                    for i in (c..M).step_by(W) {
+                        ask_ahead(&factors[i], AHEAD);
+                    }
+                }
                 let mut x = [simd.splat_f64s(0.0); C];
                 x.copy_from_slice(&solved[c][first..first + C]);
                 for i in 0..M {

@@ -3,15 +3,15 @@
 /// Bytes of a cache line.
 const LINE: usize = 64;
 
-/// Asks for the cache lines that stand `ahead` bytes behind some entries of the factor: the arithmetic is shorter than memory's latency.
+/// Asks for the cache lines that stand `ahead` bytes behind a row of the factor: the arithmetic is shorter than memory's latency.
 #[inline(always)]
-pub(super) fn ask_ahead<T>(entries: &[T], ahead: usize) {
+pub(super) fn ask_ahead<T>(row: &[T], ahead: isize) {
     #[cfg(target_arch = "x86_64")]
     {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-        let start = entries.as_ptr().cast::<i8>().wrapping_add(ahead);
+        let start = row.as_ptr().cast::<i8>().wrapping_offset(ahead);
         let mut offset = 0;
-        while offset < size_of_val(entries) {
+        while offset < size_of_val(row) {
             // SAFETY: a prefetch of any address, mapped or not, has no effect but on caches.
             unsafe { _mm_prefetch::<_MM_HINT_T0>(start.wrapping_add(offset)) };
             offset += LINE;
