@@ -5,7 +5,7 @@
 
 A component is SHAPE-SIZE[:MODES] (see `peers/components.py`); missing ones are generated into the data folder. Per component, round and
 number of threads, `reduce` and the peers run one after the other, each in a fresh process, after the machine has become quiet (or `--quiet-wait`
-seconds: what other processes used meanwhile is in the line). What the machine can do is measured first.
+seconds: what other processes used meanwhile is in the line). What the machine can do is measured first, and the part's files are read once.
 
 - reduce: the job that the peers do (`--without-estimate`); reduce-bounds: with the bounds of the file's errors, which is what `reduce` does if nothing
   is said. Wall is that of the whole process. Stages are its own `--timings`.
@@ -258,8 +258,17 @@ class Bench:
             command = [sys.executable, os.path.join(PEERS, "components.py"), component]
             subprocess.check_call(command, env=dict(os.environ, PERF_DATA=self.options.data), stdout=subprocess.DEVNULL)
 
+    def read_once(self, component):
+        """Brings the part's files into the system's cache: the first tool shouldn't be the one that waits for the disk."""
+        folder = os.path.join(self.options.data, component)
+        for name in os.listdir(folder):
+            with open(os.path.join(folder, name), "rb") as file:
+                while file.read(1 << 24):
+                    pass
+
     def component(self, component, modes, tools, threads):
         self.generate(component)
+        self.read_once(component)
         self.factor(component)
         slow = set()
         for round_number in range(self.options.rounds):
