@@ -117,7 +117,6 @@ impl Deviations<'_> {
         let response = model.responses(&self.rows, &self.forced, lambda);
         let known = self.known(&disc, &amounts);
         let (poles, of_modes) = self.of_modes(lambda);
-        let rounding = self.rounding(model, &amounts, &disc);
         let (rows, places) = (self.rows.len(), &self.places);
         Deviation {
             known: Mat::from_fn(rows, places.len(), |i, j| {
@@ -125,7 +124,7 @@ impl Deviations<'_> {
             }),
             reduced: poles + response,
             rest: self.rest(&disc, &amounts, between),
-            rounding: Mat::from_fn(rows, places.len(), |i, j| rounding(i, places[j])),
+            rounding: self.rounding(model, &amounts, &disc),
             of_modes,
         }
     }
@@ -211,13 +210,8 @@ impl Deviations<'_> {
         (weighted_product(left, &weights, right), weighted * sizes)
     }
 
-    /// Rounding of every product that the known part and the rest are made of, between two of the rows by their places.
-    fn rounding(
-        &self,
-        model: &Model,
-        amounts: &Mat<c64>,
-        disc: &Disc,
-    ) -> impl Fn(usize, usize) -> f64 {
+    /// Rounding of every product that the known part and the rest are made of, between the rows and those that forces act on.
+    fn rounding(&self, model: &Model, amounts: &Mat<c64>, disc: &Disc) -> Mat<f64> {
         let [first, second, third, fourth] = &self.bounds.moments.roots;
         let (size, far) = (disc.shifted.norm(), disc.far.norm());
         let dynamic = real_product(model.combinations(), amounts);
@@ -259,9 +253,12 @@ impl Deviations<'_> {
             (g4.clone(), g4, 1.0 + far),
             (p2.clone(), p2, disc * disc),
         ];
-        move |i, j| {
-            let products = pairs.iter().map(|(a, b, factor)| factor * a[i] * b[j]);
-            products.sum()
-        }
+        let left = Mat::from_fn(self.rows.len(), pairs.len(), |i, k| {
+            pairs[k].2 * pairs[k].0[i]
+        });
+        let right = Mat::from_fn(pairs.len(), self.places.len(), |k, j| {
+            pairs[k].1[self.places[j]]
+        });
+        left * right
     }
 }
