@@ -3,6 +3,7 @@
 use faer::{Mat, c64};
 
 use super::deviation::{Deviations, RestBetween};
+use super::split::Split;
 use crate::Error;
 
 /// H of a superelement between rows at one frequency, with its error. All are in the file's units; forces act on the columns' rows.
@@ -41,9 +42,9 @@ impl ErrorsBetween<'_> {
             let whole = scale[rows[i]] * scale[forced[j]];
             if whole > 0.0 { 1.0 / whole } else { 0.0 }
         };
-        let damped = |matrix: &Mat<c64>| {
-            Mat::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
-                matrix[(i, j)] * unscaled(i, j) / damping
+        let damped = |matrix: &Split| {
+            Mat::from_fn(rows.len(), forced.len(), |i, j| {
+                matrix.at(i, j) * unscaled(i, j) / damping
             })
         };
         let radius = Mat::from_fn(rows.len(), forced.len(), |i, j| {

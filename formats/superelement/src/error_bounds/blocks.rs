@@ -1,5 +1,7 @@
 //! Responses between interfaces, block by block: their errors as norms over many blocks.
 
+use std::ops::Range;
+
 use faer::Mat;
 
 use super::deviation::Deviation;
@@ -28,7 +30,6 @@ impl Blocks {
         rows: &[usize],
         forced: &[usize],
     ) -> Self {
-        let whole = &found.reduced + &found.known;
         let count = interface.iter().max().map_or(0, |most| most + 1);
         let of_row = |i: usize| interface[rows[i]];
         // ‖N_aa‖ for each interface.
@@ -41,14 +42,35 @@ impl Blocks {
         let mut rounding = Mat::<f64>::zeros(count, count);
         let mut present = Mat::<f64>::zeros(count, count);
         let (mut known_sum, mut whole_sum) = ([0.0; 2], [0.0; 2]);
+        // Rows of one interface that stand together.
+        let mut runs: Vec<(usize, Range<usize>)> = Vec::new();
+        for i in 0..rows.len() {
+            match runs.last_mut().filter(|(of, _)| *of == of_row(i)) {
+                Some((_, run)) => run.end = i + 1,
+                None => runs.push((of_row(i), i..i + 1)),
+            }
+        }
         for (j, column) in forced.iter().enumerate() {
-            for i in 0..rows.len() {
-                let (a, b) = (of_row(i), interface[*column]);
-                let kind = usize::from(a != b);
-                known_sum[kind] += found.known[(i, j)].norm_sqr();
-                whole_sum[kind] += whole[(i, j)].norm_sqr();
-                rounding[(a, b)] += (found.rounding[(i, j)] + found.of_modes[(i, j)]).powi(2);
-                present[(a, b)] = 1.0;
+            let b = interface[*column];
+            let (known, reduced) = (found.known.column(j), found.reduced.column(j));
+            let (of_sums, of_modes) = (
+                found.rounding.col_as_slice(j),
+                found.of_modes.col_as_slice(j),
+            );
+            for (a, run) in &runs {
+                let (mut of_known, mut of_whole, mut of_rounding) = (0.0, 0.0, 0.0);
+                for i in run.clone() {
+                    let (re, im) = (known.0[i], known.1[i]);
+                    of_known += re * re + im * im;
+                    let (re, im) = (re + reduced.0[i], im + reduced.1[i]);
+                    of_whole += re * re + im * im;
+                    of_rounding += (of_sums[i] + of_modes[i]).powi(2);
+                }
+                let kind = usize::from(*a != b);
+                known_sum[kind] += of_known;
+                whole_sum[kind] += of_whole;
+                rounding[(*a, b)] += of_rounding;
+                present[(*a, b)] = 1.0;
             }
         }
         let mut margin = [0.0; 2];

@@ -13,19 +13,20 @@
 //! A band asks for many λ, and g changes with λ by the weights of the dynamic coordinates alone ([`Model`]). So the products of the moments
 //! with the shapes are made once for some rows ([`Forms`]).
 
-use faer::{ColRef, Mat, c64};
+use faer::{Mat, c64};
 
 use super::DENSE_ROUNDING;
 use super::ErrorBounds;
+use super::amounts::{Amounts, DynamicRows};
 use super::forms::{Forms, KnownWeights};
-use super::model::{Model, real_product, weighted_product};
+use super::split::{Split, vectorized};
 
 /// H of a form at one λ, and its error, between some rows and those of them that forces act on; rows are scaled.
 pub(super) struct Deviation {
     /// H of the form.
-    pub reduced: Mat<c64>,
+    pub reduced: Split,
     /// The known part of H - H of the form.
-    pub known: Mat<c64>,
+    pub known: Split,
     /// A Hermitian form over the rows that bounds the rest: a block of the rest is not larger than the root of the product of the
     /// blocks on its diagonals. Zero between rows that it isn't asked for.
     pub rest: Mat<c64>,
@@ -54,8 +55,18 @@ pub(super) struct Deviations<'a> {
     /// Rows of each interface, by their places.
     interfaces: Vec<Vec<usize>>,
     forms: Forms<'a>,
-    /// Motions of the kept modes at the rows, and at those that forces act on.
-    shapes: [Mat<f64>; 2],
+    dynamic: DynamicRows<'a>,
+    /// M_1 and A_2 between the rows.
+    static_moments: [Mat<f64>; 2],
+    /// Motions of the kept modes: at the rows that forces act on, (poles, forced), at all rows, (rows, poles), and the sizes of both.
+    shapes: Shapes,
+}
+
+struct Shapes {
+    forced: Mat<f64>,
+    rows: Mat<f64>,
+    forced_sizes: Mat<f64>,
+    row_sizes: Mat<f64>,
 }
 
 /// λ, and the disc that all f(μ) lie in.
@@ -73,8 +84,12 @@ impl ErrorBounds {
     /// Between `rows` and those that forces act on, `forced`.
     pub(super) fn deviations(&self, rows: &[usize], forced: &[usize]) -> Deviations<'_> {
         let poles = self.rows.poles.len();
-        let shapes = [rows, forced]
-            .map(|rows| Mat::from_fn(rows.len(), poles, |i, k| self.rows.shapes[(rows[i], k)]));
+        let at_rows = Mat::from_fn(rows.len(), poles, |i, k| self.rows.shapes[(rows[i], k)]);
+        let at_forced = Mat::from_fn(poles, forced.len(), |k, j| self.rows.shapes[(forced[j], k)]);
+        let sizes = |of: &Mat<f64>| Mat::from_fn(of.nrows(), of.ncols(), |i, j| of[(i, j)].abs());
+        let between = |moment: &Mat<f64>| {
+            Mat::from_fn(rows.len(), rows.len(), |i, j| moment[(rows[i], rows[j])])
+        };
         let count = self.rows.interface.iter().max().map_or(0, |most| most + 1);
         let mut interfaces = vec![Vec::new(); count];
         for (place, row) in rows.iter().enumerate() {
@@ -87,7 +102,14 @@ impl ErrorBounds {
                 .collect(),
             interfaces,
             forms: Forms::of(&self.model, &self.coordinates, rows),
-            shapes,
+            dynamic: self.model.dynamic_rows(rows),
+            static_moments: [&self.moments.first, &self.moments.second].map(between),
+            shapes: Shapes {
+                forced_sizes: sizes(&at_forced),
+                row_sizes: sizes(&at_rows),
+                forced: at_forced,
+                rows: at_rows,
+            },
             rows: rows.to_vec(),
             forced: forced.to_vec(),
         }
@@ -112,25 +134,23 @@ impl ErrorBounds {
 impl Deviations<'_> {
     pub(super) fn at(&self, lambda: c64, between: RestBetween) -> Deviation {
         let disc = self.bounds.disc(lambda);
-        let model = &self.bounds.model;
-        let amounts = model.dynamic_amounts(&self.rows, lambda);
-        let response = model.responses(&self.rows, &self.forced, lambda);
-        let known = self.known(&disc, &amounts);
-        let (poles, of_modes) = self.of_modes(lambda);
-        let (rows, places) = (self.rows.len(), &self.places);
+        let amounts = self.dynamic.at(lambda);
+        let response = self.dynamic.responses(&amounts, &self.places);
+        let mut known = self.known(&disc, &amounts);
+        known.add(-1.0, &response);
+        let (mut reduced, of_modes) = self.of_modes(lambda);
+        reduced.add(1.0, &response);
         Deviation {
-            known: Mat::from_fn(rows, places.len(), |i, j| {
-                known(i, places[j]) - response[(i, j)]
-            }),
-            reduced: poles + response,
+            known,
+            reduced,
             rest: self.rest(&disc, &amounts, between),
-            rounding: self.rounding(model, &amounts, &disc),
+            rounding: self.rounding(&amounts, &disc),
             of_modes,
         }
     }
 
-    /// The known part of H - H of the kept modes, between two of the rows by their places.
-    fn known(&self, disc: &Disc, amounts: &Mat<c64>) -> impl Fn(usize, usize) -> c64 {
+    /// The known part of H - H of the kept modes.
+    fn known(&self, disc: &Disc, amounts: &Amounts<'_>) -> Split {
         let Disc {
             lambda,
             shifted,
@@ -148,16 +168,26 @@ impl Deviations<'_> {
             third_between_g: products,
             fourth: products * shifted + far * lambda * lambda,
         };
-        let forms = self.forms.symmetric(weights, amounts);
-        let rows = &self.rows;
-        move |i, j| {
-            let (row, column) = (rows[i], rows[j]);
-            lambda * m.second[(row, column)] + m.first[(row, column)] + forms(i, j)
+        let (still, half) = self.forms.symmetric(weights, amounts);
+        let [first, second] = &self.static_moments;
+        let mut terms = vec![(c64::new(1.0, 0.0), first), (lambda, second)];
+        terms.extend(still);
+        let rows = self.rows.len();
+        let known = Split::sum(rows, rows, &terms);
+        let symmetric = |known: &Mat<f64>, half: &Mat<f64>| {
+            Mat::from_fn(rows, self.places.len(), |i, j| {
+                let column = self.places[j];
+                known[(i, column)] + half[(i, column)] + half[(column, i)]
+            })
+        };
+        Split {
+            re: symmetric(&known.re, &half.re),
+            im: symmetric(&known.im, &half.im),
         }
     }
 
     /// The bound of the rest: Σ r̄ rᵀ/μ'² times |λ'| and the radius of the disc.
-    fn rest(&self, disc: &Disc, amounts: &Mat<c64>, between: RestBetween) -> Mat<c64> {
+    fn rest(&self, disc: &Disc, amounts: &Amounts<'_>, between: RestBetween) -> Mat<c64> {
         let size = disc.radius * disc.shifted.norm();
         let half = self.forms.hermitian_half(disc.lambda, amounts);
         let rows = self.rows.len();
@@ -170,15 +200,12 @@ impl Deviations<'_> {
                 &[all]
             }
         };
+        let product = amounts.adjoint_before(half);
         for places in groups {
-            let of = |matrix: &Mat<c64>| {
-                Mat::from_fn(matrix.nrows(), places.len(), |k, j| matrix[(k, places[j])])
-            };
-            let product = of(amounts).adjoint() * of(&half);
-            for (j, column) in places.iter().enumerate() {
-                for (i, row) in places.iter().enumerate() {
+            for column in places {
+                for row in places {
                     let still = self.forms.hermitian_base(disc.lambda, *row, *column);
-                    let moving = product[(i, j)] + product[(j, i)].conj();
+                    let moving = product.at(*row, *column) + product.at(*column, *row).conj();
                     rest[(*row, *column)] = (still + moving) * size;
                 }
             }
@@ -187,7 +214,7 @@ impl Deviations<'_> {
     }
 
     /// H of the kept modes between rows, and bounds of the error that these modes' own errors make in it.
-    fn of_modes(&self, lambda: c64) -> (Mat<c64>, Mat<f64>) {
+    fn of_modes(&self, lambda: c64) -> (Split, Mat<f64>) {
         let of = &self.bounds.rows;
         let weights: Vec<c64> = (of.poles.iter())
             .map(|square| c64::new(1.0, 0.0) / (c64::new(*square, 0.0) - lambda))
@@ -202,48 +229,59 @@ impl Deviations<'_> {
                 (error * of.poles[pole] / distance + 2.0 * error + DENSE_ROUNDING) / distance
             })
             .collect();
-        let [left, right] = &self.shapes;
-        let weighted = Mat::from_fn(left.nrows(), left.ncols(), |i, k| {
-            left[(i, k)].abs() * error_weights[k]
+        let Shapes {
+            forced,
+            rows,
+            forced_sizes,
+            row_sizes,
+        } = &self.shapes;
+        let weighted = Split::weighted_rows(&weights, forced);
+        let weighted_sizes = Mat::from_fn(forced.nrows(), forced.ncols(), |k, j| {
+            forced_sizes[(k, j)] * error_weights[k]
         });
-        let sizes = Mat::from_fn(right.ncols(), right.nrows(), |k, j| right[(j, k)].abs());
-        (weighted_product(left, &weights, right), weighted * sizes)
+        (Split::after(rows, &weighted), row_sizes * weighted_sizes)
     }
 
     /// Rounding of every product that the known part and the rest are made of, between the rows and those that forces act on.
-    fn rounding(&self, model: &Model, amounts: &Mat<c64>, disc: &Disc) -> Mat<f64> {
+    fn rounding(&self, amounts: &Amounts<'_>, disc: &Disc) -> Mat<f64> {
         let [first, second, third, fourth] = &self.bounds.moments.roots;
         let (size, far) = (disc.shifted.norm(), disc.far.norm());
-        let dynamic = real_product(model.combinations(), amounts);
+        let dynamic = Split::after(self.bounds.model.combinations(), &amounts.values);
         let own = |roots: &[f64], factor: f64| -> Vec<f64> {
             self.rows.iter().map(|row| factor * roots[*row]).collect()
         };
-        // |g|ᵀ and |P|ᵀ times roots.
-        let sizes = |base: &Mat<f64>, sign: f64| {
-            Mat::from_fn(base.nrows(), base.ncols(), |i, j| {
-                (dynamic[(i, j)] * sign + base[(i, j)]).norm_sqr().sqrt()
-            })
-        };
-        let along = |sizes: &Mat<f64>, roots: &[f64], factor: f64| -> Vec<f64> {
-            let sum = |sizes: ColRef<'_, f64>| -> f64 {
-                sizes
-                    .iter()
-                    .zip(roots)
-                    .map(|(size, root)| size * root)
-                    .sum()
-            };
-            sizes.col_iter().map(|sizes| factor * sum(sizes)).collect()
+        // |g|ᵀ and |P|ᵀ, each times roots of some moments.
+        let along = |base: &Mat<f64>, sign: f64, roots: [(&[f64], f64); 2]| -> [Vec<f64>; 2] {
+            let mut sizes = vec![0.0; base.nrows()];
+            let mut sums = [Vec::new(), Vec::new()];
+            for j in 0..base.ncols() {
+                vectorized(
+                    #[inline(always)]
+                    || {
+                        let (re, im) = dynamic.column(j);
+                        let parts = re.iter().zip(im).zip(base.col_as_slice(j));
+                        for (size, ((re, im), base)) in sizes.iter_mut().zip(parts) {
+                            let re = re * sign + base;
+                            *size = (re * re + im * im).sqrt();
+                        }
+                    },
+                );
+                for (sums, (roots, factor)) in sums.iter_mut().zip(roots) {
+                    let sum: f64 = sizes
+                        .iter()
+                        .zip(roots)
+                        .map(|(size, root)| size * root)
+                        .sum();
+                    sums.push(factor * sum);
+                }
+            }
+            sums
         };
         let (half, whole) = (size.sqrt(), size);
         let disc = far.sqrt();
         let [g, p] = self.forms.bases();
-        let (g, p) = (sizes(g, 1.0), sizes(p, -1.0));
-        let (g3, p3, g4) = (
-            along(&g, third, whole),
-            along(&p, third, whole),
-            along(&g, fourth, whole * half),
-        );
-        let p2 = along(&p, second, half);
+        let [g3, g4] = along(g, 1.0, [(third, whole), (fourth, whole * half)]);
+        let [p3, p2] = along(p, -1.0, [(third, whole), (second, half)]);
         let pairs = [
             (own(first, 1.0), own(first, 1.0), 1.0),
             (own(second, half), own(second, half), 1.0),

@@ -10,8 +10,10 @@
 
 use faer::{Mat, c64};
 
-use super::model::{Model, real_product};
+use super::amounts::Amounts;
+use super::model::Model;
 use super::scaled_moments::ScaledMoments;
+use super::split::Split;
 
 /// One moment M, M T and Tᵀ M T, whichever the rows.
 struct Coordinates {
@@ -31,9 +33,11 @@ pub(super) struct CoordinateForms {
 struct Products<'a> {
     between_p: Mat<f64>,
     p_with_g: Mat<f64>,
+    /// P₀ with G, and G with P₀.
+    mixed: Mat<f64>,
     between_g: Mat<f64>,
-    p_with_t: Mat<f64>,
-    g_with_t: Mat<f64>,
+    t_with_p: Mat<f64>,
+    t_with_g: Mat<f64>,
     between_t: &'a Mat<f64>,
 }
 
@@ -87,12 +91,14 @@ impl CoordinateForms {
 impl<'a> Products<'a> {
     fn of(of: &'a Coordinates, g: &Mat<f64>, p: &Mat<f64>) -> Self {
         let of_g = &of.moment * g;
+        let p_with_g = p.transpose() * &of_g;
         Self {
             between_p: p.transpose() * (&of.moment * p),
-            p_with_g: p.transpose() * &of_g,
+            mixed: &p_with_g + p_with_g.transpose(),
+            p_with_g,
             between_g: g.transpose() * &of_g,
-            p_with_t: p.transpose() * &of.of_t,
-            g_with_t: g.transpose() * &of.of_t,
+            t_with_p: of.of_t.transpose() * p,
+            t_with_g: of.of_t.transpose() * g,
             between_t: &of.between_t,
         }
     }
@@ -118,12 +124,13 @@ impl<'a> Forms<'a> {
         [&self.g, &self.p]
     }
 
-    /// The sum of forms with these weights, without conjugates, between two rows by their places.
+    /// The sum of forms with these weights, without conjugates, (rows, rows), as what doesn't depend on the dynamic coordinates, to be summed,
+    /// and half of the rest, to which its transpose is to be added.
     pub(super) fn symmetric(
         &self,
         weights: KnownWeights,
-        amounts: &Mat<c64>,
-    ) -> impl Fn(usize, usize) -> c64 {
+        amounts: &Amounts<'_>,
+    ) -> ([(c64, &Mat<f64>); 5], Split) {
         let Self {
             residual: two,
             third: three,
@@ -137,31 +144,35 @@ impl<'a> Forms<'a> {
             third_between_g: gg,
             fourth,
         } = weights;
-        let (coordinates, rows) = (amounts.nrows(), amounts.ncols());
-        let quadratic = Mat::from_fn(coordinates, coordinates, |k, l| {
-            residual * two.between_t[(k, l)]
-                + (pp - pg * 2.0 + gg) * three.between_t[(k, l)]
-                + fourth * four.between_t[(k, l)]
-        });
-        let mut half = quadratic * amounts;
-        for j in 0..rows {
-            for k in 0..coordinates {
-                let linear = (pg - pp) * three.p_with_t[(j, k)] - residual * two.p_with_t[(j, k)]
-                    + (gg - pg) * three.g_with_t[(j, k)]
-                    + fourth * four.g_with_t[(j, k)];
-                half[(k, j)] = half[(k, j)] * 0.5 + linear;
-            }
-        }
-        let moving = amounts.transpose() * half;
-        move |i, j| {
-            residual * two.between_p[(i, j)]
-                + pp * three.between_p[(i, j)]
-                + pg * (three.p_with_g[(i, j)] + three.p_with_g[(j, i)])
-                + gg * three.between_g[(i, j)]
-                + fourth * four.between_g[(i, j)]
-                + moving[(i, j)]
-                + moving[(j, i)]
-        }
+        let (coordinates, rows) = two.t_with_p.shape();
+        let quadratic = Split::sum(
+            coordinates,
+            coordinates,
+            &[
+                (residual, two.between_t),
+                (pp - pg * 2.0 + gg, three.between_t),
+                (fourth, four.between_t),
+            ],
+        );
+        let mut half = Split::sum(
+            coordinates,
+            rows,
+            &[
+                (pg - pp, &three.t_with_p),
+                (-residual, &two.t_with_p),
+                (gg - pg, &three.t_with_g),
+                (fourth, &four.t_with_g),
+            ],
+        );
+        half.add(0.5, &amounts.after(quadratic));
+        let still = [
+            (residual, &two.between_p),
+            (pp, &three.between_p),
+            (pg, &three.mixed),
+            (gg, &three.between_g),
+            (fourth, &four.between_g),
+        ];
+        (still, amounts.transposed_before(half))
     }
 
     /// Pᴴ B_2 P + λ Pᴴ B_3 g + λ̄ gᴴ B_3 P + |λ|² gᴴ M_4 g at D = 0, between two rows by their places.
@@ -173,27 +184,36 @@ impl<'a> Forms<'a> {
     }
 
     /// Half of the rest of that form: Dᴴ times this, and its adjoint; (coordinates, rows).
-    pub(super) fn hermitian_half(&self, lambda: c64, amounts: &Mat<c64>) -> Mat<c64> {
+    pub(super) fn hermitian_half(&self, lambda: c64, amounts: &Amounts<'_>) -> Split {
         let Self {
             residual: two,
             third: three,
             fourth: four,
             ..
         } = self;
-        let (coordinates, rows) = (amounts.nrows(), amounts.ncols());
-        let square = lambda.norm_sqr();
-        let quadratic = Mat::from_fn(coordinates, coordinates, |k, l| {
-            0.5 * (two.between_t[(k, l)] - 2.0 * lambda.re * three.between_t[(k, l)]
-                + square * four.between_t[(k, l)])
-        });
-        let mut half = real_product(&quadratic, amounts);
-        for j in 0..rows {
-            for k in 0..coordinates {
-                let mixed =
-                    lambda.conj() * three.p_with_t[(j, k)] - lambda * three.g_with_t[(j, k)];
-                half[(k, j)] += mixed + square * four.g_with_t[(j, k)] - two.p_with_t[(j, k)];
-            }
-        }
+        let (coordinates, rows) = two.t_with_p.shape();
+        let real = |value: f64| c64::new(value, 0.0);
+        let square = real(lambda.norm_sqr());
+        let quadratic = Split::sum(
+            coordinates,
+            coordinates,
+            &[
+                (real(1.0), two.between_t),
+                (real(-2.0 * lambda.re), three.between_t),
+                (square, four.between_t),
+            ],
+        );
+        let mut half = Split::sum(
+            coordinates,
+            rows,
+            &[
+                (lambda.conj(), &three.t_with_p),
+                (-lambda, &three.t_with_g),
+                (square, &four.t_with_g),
+                (real(-1.0), &two.t_with_p),
+            ],
+        );
+        half.add(0.5, &Split::after(&quadratic.re, &amounts.values));
         half
     }
 }

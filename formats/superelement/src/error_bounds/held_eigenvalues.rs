@@ -198,7 +198,7 @@ impl ErrorBounds {
         };
         let bound = Mat::from_fn(rows.len(), rows.len(), |i, j| {
             let own = if i == j { margin(i) } else { 0.0 };
-            (found.reduced[(i, j)] + found.known[(i, j)]).re + sign * (found.rest[(i, j)].re + own)
+            found.reduced.re[(i, j)] + found.known.re[(i, j)] + sign * (found.rest[(i, j)].re + own)
         });
         let held = holding.independent.transpose() * bound * &holding.independent;
         let values = symmetric_eigenvalues(symmetrized(held.as_ref()).as_ref())?;

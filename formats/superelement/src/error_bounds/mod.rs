@@ -4,6 +4,7 @@
 //! no finer reduction and no further solution is needed, whatever the band and whichever rows are of interest. `docs/error-estimate.md` has
 //! the derivation. Measures, scales and norms are those of `reduce study`.
 
+mod amounts;
 mod between;
 mod blocks;
 mod deviation;
@@ -13,6 +14,7 @@ mod model;
 mod ports;
 mod rows;
 mod scaled_moments;
+mod split;
 
 use dcb_formats::Superelement;
 use dcb_formats::scene::Compatibility;

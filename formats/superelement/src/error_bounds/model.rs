@@ -16,6 +16,7 @@ use dcb_formats::scene::Compatibility;
 use dcb_formats::superelement::Moments;
 use faer::{Mat, c64, concat};
 
+use super::amounts::DynamicRows;
 use super::rows::Rows;
 use crate::MASS_TOLERANCE;
 
@@ -23,13 +24,13 @@ use crate::MASS_TOLERANCE;
 const SAME_FLEXIBILITY: f64 = 1e-12;
 
 /// Dynamic coordinates ζ, each M-orthonormal, in scaled rows.
-struct Dynamic {
+pub(super) struct Dynamic {
     /// σ², (r).
-    squares: Vec<f64>,
+    pub squares: Vec<f64>,
     /// T, (n_b + n_x, r).
     combinations: Mat<f64>,
     /// B, (n_b, r).
-    seen: Mat<f64>,
+    pub seen: Mat<f64>,
 }
 
 /// The residual part of a superelement in one form, in scaled rows.
@@ -109,46 +110,16 @@ impl Model {
         &self.dynamic.combinations
     }
 
-    /// How much of T is added to g at λ, for forces at some rows, (r, rows).
-    pub(super) fn dynamic_amounts(&self, rows: &[usize], lambda: c64) -> Mat<c64> {
-        let Dynamic { squares, seen, .. } = &self.dynamic;
-        let [of_attached, of_outputs] = [true, false].map(|attached| -> Vec<c64> {
-            let weights = squares.iter();
-            weights
-                .map(|square| weight(*square, lambda, attached))
-                .collect()
-        });
-        Mat::from_fn(squares.len(), rows.len(), |k, j| {
-            let weights = match self.attached[rows[j]] {
-                true => &of_attached,
-                false => &of_outputs,
-            };
-            weights[k] * seen[(rows[j], k)]
-        })
-    }
-
-    /// C between rows and rows that forces act on.
-    pub(super) fn responses(&self, rows: &[usize], forced: &[usize], lambda: c64) -> Mat<c64> {
-        let Dynamic { squares, seen, .. } = &self.dynamic;
-        let weights: Vec<c64> = (squares.iter())
-            .map(|square| weight(*square, lambda, true))
-            .collect();
-        let of =
-            |rows: &[usize]| Mat::from_fn(rows.len(), squares.len(), |i, k| seen[(rows[i], k)]);
-        let mut responses = weighted_product(&of(rows), &weights, &of(forced));
-        for (j, column) in forced.iter().enumerate() {
-            for (i, row) in rows.iter().enumerate() {
-                responses[(i, j)] += self.flexibility[(*row, *column)];
-            }
-        }
-        responses
+    /// D and C at any λ, for forces at some rows.
+    pub(super) fn dynamic_rows(&self, rows: &[usize]) -> DynamicRows<'_> {
+        DynamicRows::of(&self.dynamic, &self.flexibility, &self.attached, rows)
     }
 
     /// C between one row and one row that forces act on.
     pub(super) fn response(&self, row: usize, forced: usize, lambda: c64) -> c64 {
         let Dynamic { squares, seen, .. } = &self.dynamic;
         (0..squares.len()).fold(c64::new(self.flexibility[(row, forced)], 0.0), |sum, k| {
-            sum + weight(squares[k], lambda, true) * (seen[(row, k)] * seen[(forced, k)])
+            sum + weight(squares[k], lambda) * (seen[(row, k)] * seen[(forced, k)])
         })
     }
 
@@ -172,40 +143,11 @@ impl Model {
     }
 }
 
-/// left diag(weights) rightᵀ.
-pub(super) fn weighted_product(left: &Mat<f64>, weights: &[c64], right: &Mat<f64>) -> Mat<c64> {
-    let part = |part: fn(&c64) -> f64| {
-        let weighted = Mat::from_fn(left.nrows(), left.ncols(), |i, k| {
-            left[(i, k)] * part(&weights[k])
-        });
-        weighted * right.transpose()
-    };
-    joined(&part(|weight| weight.re), &part(|weight| weight.im))
-}
-
-/// A product of a real and a complex matrix.
-pub(super) fn real_product(left: &Mat<f64>, right: &Mat<c64>) -> Mat<c64> {
-    let part = |part: fn(&c64) -> f64| {
-        left * Mat::from_fn(right.nrows(), right.ncols(), |k, j| part(&right[(k, j)]))
-    };
-    joined(&part(|entry| entry.re), &part(|entry| entry.im))
-}
-
-fn joined(real: &Mat<f64>, imaginary: &Mat<f64>) -> Mat<c64> {
-    Mat::from_fn(real.nrows(), real.ncols(), |i, j| {
-        c64::new(real[(i, j)], imaginary[(i, j)])
-    })
-}
-
-/// λ / (σ² (σ² - λ)), or 1 / (σ² - λ) where the static part isn't told apart.
-fn weight(square: f64, lambda: c64, beyond_static: bool) -> c64 {
-    if square <= 0.0 {
-        return c64::new(0.0, 0.0);
-    }
-    let dynamic = c64::new(1.0, 0.0) / (c64::new(square, 0.0) - lambda);
-    match beyond_static {
-        true => dynamic * lambda / square,
-        false => dynamic,
+/// λ / (σ² (σ² - λ))
+fn weight(square: f64, lambda: c64) -> c64 {
+    match square > 0.0 {
+        true => lambda / (square * (c64::new(square, 0.0) - lambda)),
+        false => c64::new(0.0, 0.0),
     }
 }
 
