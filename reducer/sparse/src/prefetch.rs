@@ -79,3 +79,14 @@ fn ask_for<E>(start: *const E) {
         unsafe { _mm_prefetch::<_MM_HINT_T0>(start.cast()) };
     }
 }
+
+/// Asks for a cache line well ahead of its use: not into the nearest cache, which holds what is in use now.
+#[inline(always)]
+pub(crate) fn ask_for_later<E>(start: *const E) {
+    #[cfg(target_arch = "x86_64")]
+    {
+        use std::arch::x86_64::{_MM_HINT_T1, _mm_prefetch};
+        // SAFETY: a prefetch of any address, mapped or not, has no effect but on caches.
+        unsafe { _mm_prefetch::<_MM_HINT_T1>(start.cast()) };
+    }
+}

@@ -1,9 +1,13 @@
 //! The inner loops of products of tall blocks: a few thousand rows of a basis against a few columns, all of which stay in the
 //! caches. General matrix products pack such operands first, which takes longer than the arithmetic on so few columns.
+//!
+//! The columns of a tile are read in pieces too short for the machine to see ahead, so the next tile's are asked for meanwhile.
 
 #![allow(clippy::needless_range_loop)] // loops of a constant length over several arrays, to be unrolled
 
 use faer::{MatMut, MatRef};
+
+use crate::prefetch::ask_for_later;
 
 /// Columns of `v` or `b` taken together.
 const TILE: usize = 4;
@@ -48,6 +52,22 @@ impl<'a> Columns<'a> {
         Self(self.0.subrows(first, count))
     }
 
+    /// Where the `T` columns from `first` on start; beyond the end, the first ones at the rows that come next. To be asked for, not to be read.
+    #[inline(always)]
+    fn ahead<const T: usize>(&self, first: usize) -> [*const f64; T] {
+        let last = self.0.ncols() - 1;
+        let (first, rows) = if first <= last { (first, 0) } else { (0, ROWS) };
+        let mut starts = [std::ptr::null(); T];
+        for t in 0..T {
+            starts[t] = self
+                .0
+                .col((first + t).min(last))
+                .as_ptr()
+                .wrapping_add(rows);
+        }
+        starts
+    }
+
     /// `T` columns from `first` on; beyond the end the last one stands again.
     #[inline(always)]
     fn tile<const T: usize>(&self, first: usize) -> [&'a [f64]; T] {
@@ -57,6 +77,25 @@ impl<'a> Columns<'a> {
             tile[t] = column.try_as_col_major().map_or(&[], |c| c.as_slice());
         }
         tile
+    }
+}
+
+/// The tile that comes next, asked for in turns beside the products of this one.
+#[derive(Clone, Copy)]
+struct Ahead<const T: usize> {
+    next: [*const f64; T],
+    /// Half of it with each of two turns.
+    turn: usize,
+}
+
+impl<const T: usize> Ahead<T> {
+    #[inline(always)]
+    fn ask<S: pulp::Simd>(&self, vector: usize) {
+        if vector % 2 == self.turn % 2 {
+            for start in self.next {
+                ask_for_later(start.wrapping_add(vector * S::F64_LANES));
+            }
+        }
     }
 }
 
@@ -96,8 +135,13 @@ fn add_dots<S: pulp::Simd, const A: usize>(
 ) {
     for i in (0..a.0.ncols()).step_by(A) {
         let left = a.tile::<A>(i);
+        let next = a.ahead::<A>(i + A);
         for j in (0..b.0.ncols()).step_by(TILE) {
-            let sums = tile_dots(simd, left, b.tile::<TILE>(j));
+            let ahead = Ahead {
+                next,
+                turn: j / TILE,
+            };
+            let sums = tile_dots(simd, left, b.tile::<TILE>(j), ahead);
             for s in 0..A.min(out.nrows() - i) {
                 for t in 0..TILE.min(out.ncols() - j) {
                     out[(i + s, j + t)] += sums[s][t];
@@ -112,6 +156,7 @@ fn tile_dots<S: pulp::Simd, const A: usize>(
     simd: S,
     a: [&[f64]; A],
     b: [&[f64]; TILE],
+    ahead: Ahead<A>,
 ) -> [[f64; TILE]; A] {
     let rows = a[0].len();
     let packed = rows / S::F64_LANES;
@@ -129,6 +174,7 @@ fn tile_dots<S: pulp::Simd, const A: usize>(
         for s in 0..A {
             left[s] = x[s][i];
         }
+        ahead.ask::<S>(i);
         for t in 0..TILE {
             let right = y[t][i];
             for s in 0..A {
@@ -187,7 +233,9 @@ fn add_rows<S: pulp::Simd, const Y: usize>(
 ) {
     for k in (0..v.0.ncols()).step_by(TILE) {
         let left = v.tile::<TILE>(k);
+        let next = v.ahead::<TILE>(k + TILE);
         for j in (0..y.ncols()).step_by(Y) {
+            let ahead = Ahead { next, turn: j / Y };
             let count = Y.min(y.ncols() - j);
             // Where the last column stands again it has no weight.
             let mut weights = [[0.0; Y]; TILE];
@@ -203,14 +251,14 @@ fn add_rows<S: pulp::Simd, const Y: usize>(
                 for y in &mut together {
                     *y = next().unwrap_or_default();
                 }
-                add_tile(simd, together, left, &weights);
+                add_tile(simd, together, left, &weights, ahead);
             } else {
                 for t in 0..count {
                     let mut alone = [[0.0; 1]; TILE];
                     for s in 0..TILE {
                         alone[s][0] = weights[s][t];
                     }
-                    add_tile(simd, [next().unwrap_or_default()], left, &alone);
+                    add_tile(simd, [next().unwrap_or_default()], left, &alone, ahead);
                 }
             }
         }
@@ -224,6 +272,7 @@ fn add_tile<S: pulp::Simd, const Y: usize>(
     y: [&mut [f64]; Y],
     v: [&[f64]; TILE],
     c: &[[f64; Y]; TILE],
+    ahead: Ahead<TILE>,
 ) {
     let rows = y[0].len();
     let packed = rows / S::F64_LANES;
@@ -247,6 +296,7 @@ fn add_tile<S: pulp::Simd, const Y: usize>(
         for s in 0..TILE {
             left[s] = x[s][i];
         }
+        ahead.ask::<S>(i);
         for t in 0..Y {
             let target = &mut S::as_mut_simd_f64s(y[t]).0[i];
             let mut sum = *target;

@@ -8,8 +8,8 @@
 
 use dcb_dense::symmetric_eigen;
 use dcb_sparse::block_algebra::{
-    add_combination, column_dots, combination, gram, symmetric_product, symmetric_product_into,
-    turn,
+    add_combination, column_dots, combination, copy, gram, symmetric_product,
+    symmetric_product_into, turn, zeros,
 };
 use dcb_sparse::factorization::PositiveFactor;
 use dcb_sparse::krylov_basis::KrylovBasis;
@@ -24,6 +24,8 @@ const DEPENDENT: f64 = 1e-12;
 
 /// A normalised direction that cleaning shortens below this was made of rounding and is dropped.
 const ROUNDING: f64 = 0.5;
+/// A block of which less than this fraction is left by cleaning is cleaned again: rounding in what was removed counts beside what is left.
+const ENOUGH: f64 = 0.03;
 /// Below this fraction of its size a direction is found by itself: the Gram matrix of a block resolves only the square root
 /// of machine precision.
 const NEARLY_DEPENDENT: f64 = 1e-3;
@@ -57,6 +59,9 @@ pub struct Lanczos<'a> {
     mass_block: Mat<f64>,
     /// Vᵀ M S V over the `filled` columns.
     projected: Mat<f64>,
+    /// Vᵀ M V - I over the `filled` columns, as far as it was measured.
+    defect: Mat<f64>,
+    defect_is_known: bool,
     /// Coupling of the next block to the last `S V` block, (width, columns of that block), and where that block stood.
     coupling: Mat<f64>,
     coupled_at: usize,
@@ -102,6 +107,8 @@ impl<'a> Lanczos<'a> {
             width: 0,
             mass_block: Mat::zeros(n, 0),
             projected: Mat::zeros(columns, columns),
+            defect: Mat::zeros(columns, columns),
+            defect_is_known: true,
             coupling: Mat::zeros(0, 0),
             coupled_at: 0,
             random_state: seed,
@@ -141,13 +148,40 @@ impl<'a> Lanczos<'a> {
     /// As [`Lanczos::start`].
     pub fn step(&mut self) -> Result<(), Error> {
         let mass_block = std::mem::replace(&mut self.mass_block, Mat::new());
-        let image = self.apply(mass_block)?;
+        let (n, width) = mass_block.shape();
+        // M times the image of the block, and M times the block.
+        let mut inertia = zeros(n, 2 * width);
+        copy(
+            mass_block.as_ref(),
+            inertia.as_mut().subcols_mut(width, width),
+        );
+        let mut image = self.apply(mass_block)?;
+        symmetric_product_into(
+            &self.model.mass,
+            image.as_ref(),
+            inertia.as_mut().subcols_mut(0, width),
+        );
+        let before = column_dots(image.as_ref(), inertia.as_ref().subcols(0, width));
         let first = self.filled;
         self.filled += self.width;
-        let known = self.filled;
-        let (next, amounts) = self.orthogonalized(image)?;
+        let products = gram(self.vectors(), inertia.as_ref());
+        drop(inertia);
+        let mut amounts = products.as_ref().subcols(0, width).to_owned();
+        self.measure(first, products.as_ref().subcols(width, width));
+        let defect = self.defect.as_ref();
+        amounts = &amounts - defect.submatrix(0, 0, self.filled, self.filled) * &amounts;
+        let mut mass_image = zeros(n, width);
+        self.remove(&mut image, amounts.as_ref(), &mut mass_image);
+        let after = column_dots(image.as_ref(), mass_image.as_ref());
+        let mut sizes = before.iter().zip(&after);
+        let is_enough = sizes.all(|(before, after)| *after > ENOUGH * ENOUGH * before);
+        if !(is_enough && self.defect_is_known) {
+            amounts += self.clean(&mut image, &mut mass_image);
+            self.defect_is_known = true;
+        }
+        let next = self.orthonormalized(image, mass_image, &before)?;
         for j in 0..amounts.ncols() {
-            for i in 0..known {
+            for i in 0..self.filled {
                 let value = amounts[(i, j)];
                 self.projected[(i, first + j)] = value;
                 self.projected[(first + j, i)] = value;
@@ -159,6 +193,38 @@ impl<'a> Lanczos<'a> {
             self.inject_random_block()?;
         }
         Ok(())
+    }
+
+    /// The basis.
+    fn vectors(&self) -> MatRef<'_, f64> {
+        self.basis.columns(0, self.filled)
+    }
+
+    /// Takes over Vᵀ M of the columns from `first` on.
+    fn measure(&mut self, first: usize, products: MatRef<'_, f64>) {
+        for j in 0..products.ncols() {
+            for i in 0..products.nrows() {
+                let whole = f64::from(u8::from(i == first + j));
+                let value = products[(i, j)] - whole;
+                self.defect[(i, first + j)] = value;
+                self.defect[(first + j, i)] = value;
+            }
+        }
+    }
+
+    /// Removes amounts of the basis, and rigid motions, from a block; M times what is left.
+    fn remove(&self, block: &mut Mat<f64>, amounts: MatRef<'_, f64>, mass_block: &mut Mat<f64>) {
+        add_combination(block.as_mut(), self.vectors(), amounts, -1.0);
+        // The basis carries rigid motion at rounding level, and every step would feed it back amplified.
+        self.rigid.project_out(block);
+        symmetric_product_into(&self.model.mass, block.as_ref(), mass_block.as_mut());
+    }
+
+    /// Removes the basis from a block, of which M times is known; returns how much it had.
+    fn clean(&self, block: &mut Mat<f64>, mass_block: &mut Mat<f64>) -> Mat<f64> {
+        let amounts = gram(self.vectors(), mass_block.as_ref());
+        self.remove(block, amounts.as_ref(), mass_block);
+        amounts
     }
 
     /// Continues with a fresh pseudo-random block, orthogonal to everything so far: finds what the Krylov space missed.
@@ -177,8 +243,13 @@ impl<'a> Lanczos<'a> {
             (*state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
         });
         let mass_random = symmetric_product(&self.model.mass, random.as_ref());
-        let image = self.apply(mass_random)?;
-        let (mut next, _) = self.orthogonalized(image)?;
+        let mut image = self.apply(mass_random)?;
+        let mut mass_image = symmetric_product(&self.model.mass, image.as_ref());
+        let before = column_dots(image.as_ref(), mass_image.as_ref());
+        for _ in 0..2 {
+            self.clean(&mut image, &mut mass_image);
+        }
+        let mut next = self.orthonormalized(image, mass_image, &before)?;
         // A random block is coupled to nothing before it.
         next.coupling = Mat::zeros(next.vectors.ncols(), 0);
         self.exhausted = next.vectors.ncols() == 0;
@@ -193,34 +264,25 @@ impl<'a> Lanczos<'a> {
         self.coupling = next.coupling;
     }
 
-    /// Removes the basis from a block (twice) and orthonormalises what is left. Returns the new block with its coupling
-    /// to the old one and the amounts removed.
-    fn orthogonalized(&self, mut block: Mat<f64>) -> Result<(NextBlock, Mat<f64>), Error> {
-        let known = self.basis.columns(0, self.filled);
-        let mut mass_block = symmetric_product(&self.model.mass, block.as_ref());
-        let before = column_dots(block.as_ref(), mass_block.as_ref());
-        let mut amounts = Mat::zeros(self.filled, block.ncols());
-        for _ in 0..2 {
-            let removed = gram(known, mass_block.as_ref());
-            add_combination(block.as_mut(), known, removed.as_ref(), -1.0);
-            // The basis carries rigid motion at rounding level, and every step would feed it back amplified.
-            self.rigid.project_out(&mut block);
-            symmetric_product_into(&self.model.mass, block.as_ref(), mass_block.as_mut());
-            amounts += removed;
-        }
-        let next = match orthonormalization(&block, &mass_block, &before)? {
+    /// Orthonormalises what cleaning has left of a block; `before` is its M norm before that, squared.
+    fn orthonormalized(
+        &self,
+        mut block: Mat<f64>,
+        mut mass_block: Mat<f64>,
+        before: &[f64],
+    ) -> Result<NextBlock, Error> {
+        match orthonormalization(&block, &mass_block, before)? {
             Some(Orthonormalization { forward, coupling }) => {
                 turn(block.as_mut(), forward.as_ref());
                 turn(mass_block.as_mut(), forward.as_ref());
-                NextBlock {
+                Ok(NextBlock {
                     vectors: block,
                     mass_vectors: mass_block,
                     coupling,
-                }
+                })
             }
-            None => self.orthonormalized_one_by_one(block, &before),
-        };
-        Ok((next, amounts))
+            None => Ok(self.orthonormalized_one_by_one(block, before)),
+        }
     }
 
     /// Orthonormalises a block with nearly dependent columns: largest remainder first, each direction cleaned of the basis
@@ -349,6 +411,8 @@ impl<'a> Lanczos<'a> {
         self.coupling = &self.coupling * last;
         self.coupled_at = 0;
         self.filled = count;
+        self.defect.fill(0.0);
+        self.defect_is_known = false;
     }
 
     /// One step of inverse iteration on any block: `(K + σ M)⁻¹ M x` without its rigid part, with M times the result.
