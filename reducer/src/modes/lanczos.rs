@@ -9,7 +9,7 @@
 use dcb_dense::symmetric_eigen;
 use dcb_sparse::block_algebra::{
     add_combination, column_dots, combination, copy, gram, symmetric_product,
-    symmetric_product_into, turn, zeros,
+    symmetric_product_into, zeros,
 };
 use dcb_sparse::factorization::PositiveFactor;
 use dcb_sparse::krylov_basis::KrylovBasis;
@@ -18,6 +18,7 @@ use faer::{Mat, MatRef};
 use crate::error::Error;
 use crate::model::condensation::Model;
 use crate::model::rigid_body::RigidBodyModes;
+use crate::modes::orthonormal_block::orthonormalize;
 
 /// A new direction whose M norm has fallen below this fraction of the block's before orthogonalisation is dropped.
 const DEPENDENT: f64 = 1e-12;
@@ -26,9 +27,6 @@ const DEPENDENT: f64 = 1e-12;
 const ROUNDING: f64 = 0.5;
 /// A block of which less than this fraction is left by cleaning is cleaned again: rounding in what was removed counts beside what is left.
 const ENOUGH: f64 = 0.03;
-/// Below this fraction of its size a direction is found by itself: the Gram matrix of a block resolves only the square root
-/// of machine precision.
-const NEARLY_DEPENDENT: f64 = 1e-3;
 /// A motion has mass if xᵀ M x is more than this part of xᵀ diag(M) x: elements keep more than 1e-4 in every motion that they give
 /// mass, and rounding, or printing with ten digits, makes 1e-10 of those that they give none.
 const MASSLESS: f64 = 1e-9;
@@ -271,16 +269,12 @@ impl<'a> Lanczos<'a> {
         mut mass_block: Mat<f64>,
         before: &[f64],
     ) -> Result<NextBlock, Error> {
-        match orthonormalization(&block, &mass_block, before)? {
-            Some(Orthonormalization { forward, coupling }) => {
-                turn(block.as_mut(), forward.as_ref());
-                turn(mass_block.as_mut(), forward.as_ref());
-                Ok(NextBlock {
-                    vectors: block,
-                    mass_vectors: mass_block,
-                    coupling,
-                })
-            }
+        match orthonormalize(&mut block, &mut mass_block, before)? {
+            Some(coupling) => Ok(NextBlock {
+                vectors: block,
+                mass_vectors: mass_block,
+                coupling,
+            }),
             None => Ok(self.orthonormalized_one_by_one(block, before)),
         }
     }
@@ -426,42 +420,4 @@ struct NextBlock {
     vectors: Mat<f64>,
     mass_vectors: Mat<f64>,
     coupling: Mat<f64>,
-}
-
-/// `vectors = block · forward` and `block = vectors · coupling`.
-struct Orthonormalization {
-    forward: Mat<f64>,
-    coupling: Mat<f64>,
-}
-
-/// Factor that orthonormalises a block by its Gram matrix; `None` where a direction has fallen below [`NEARLY_DEPENDENT`] of its size
-/// before, `reference` (squared), which a Gram matrix can't resolve.
-fn orthonormalization(
-    block: &Mat<f64>,
-    mass_block: &Mat<f64>,
-    reference: &[f64],
-) -> Result<Option<Orthonormalization>, Error> {
-    if reference.iter().any(|r| *r <= 0.0) {
-        return Ok(None);
-    }
-    let plain = gram(block.as_ref(), mass_block.as_ref());
-    let scale: Vec<f64> = reference.iter().map(|r| r.sqrt()).collect();
-    let scaled = Mat::from_fn(plain.nrows(), plain.ncols(), |i, j| {
-        0.5 * (plain[(i, j)] + plain[(j, i)]) / (scale[i] * scale[j])
-    });
-    let (values, vectors) = symmetric_eigen(scaled.as_ref()).ok_or(Error::NotFinite {
-        what: "orthonormalising a Lanczos block",
-    })?;
-    let smallest = values.first().copied().unwrap_or(0.0);
-    if smallest < NEARLY_DEPENDENT * NEARLY_DEPENDENT {
-        return Ok(None);
-    }
-    let width = values.len();
-    let forward = Mat::from_fn(width, width, |i, j| {
-        vectors[(i, j)] / (values[j].sqrt() * scale[i])
-    });
-    let coupling = Mat::from_fn(width, width, |i, j| {
-        vectors[(j, i)] * values[i].sqrt() * scale[j]
-    });
-    Ok(Some(Orthonormalization { forward, coupling }))
 }

@@ -4,3 +4,4 @@ pub(crate) mod certificate;
 pub mod free_modes;
 pub(crate) mod lanczos;
 pub(crate) mod multiplet;
+mod orthonormal_block;
