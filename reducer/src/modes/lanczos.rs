@@ -194,7 +194,7 @@ impl<'a> Lanczos<'a> {
     }
 
     /// The basis.
-    fn vectors(&self) -> MatRef<'_, f64> {
+    pub(super) fn vectors(&self) -> MatRef<'_, f64> {
         self.basis.columns(0, self.filled)
     }
 

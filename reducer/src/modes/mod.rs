@@ -3,5 +3,7 @@
 pub(crate) mod certificate;
 pub mod free_modes;
 pub(crate) mod lanczos;
+#[cfg(test)]
+mod lanczos_tests;
 pub(crate) mod multiplet;
 mod orthonormal_block;

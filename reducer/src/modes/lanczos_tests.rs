@@ -1,0 +1,63 @@
+//! The Krylov basis over many steps.
+#![allow(clippy::unwrap_used)]
+
+use dcb_samples::{Material, SolidElement, box_block};
+use dcb_sparse::block_algebra::{gram, largest_entry, symmetric_product};
+use faer::Mat;
+
+use crate::modes::lanczos::Lanczos;
+use crate::pipeline::free_body::FreeBody;
+
+/// Cleaned once a step, the basis keeps to M-orthonormal vectors without rigid motion, and the projected matrix to its eigenvalues, however many steps are made.
+#[test]
+fn a_basis_stays_orthonormal_over_many_steps() {
+    let size = [0.4, 0.05, 0.05];
+    let component = box_block(
+        [12, 2, 2],
+        size,
+        SolidElement::Hexahedron20,
+        &Material::STEEL,
+    );
+    let body = FreeBody::of(&component).unwrap();
+    let (mut factor, spectrum) = body.analysed().unwrap();
+    let model = &body.model;
+    let shift = spectrum.scale.shift();
+    let factor = factor
+        .factorize(&model.stiffness, &model.mass, shift)
+        .unwrap_or_else(|_| unreachable!("K + σ M of a solid is positive definite"));
+    let start = |capacity: usize| {
+        Lanczos::start(model, &body.rigid, &factor, shift, 8, capacity, 3).unwrap()
+    };
+    let mut lanczos = start(400);
+    let mut largest = 0.0_f64;
+    for _ in 0..45 {
+        lanczos.step().unwrap();
+        let vectors = lanczos.vectors();
+        let inertia = symmetric_product(&model.mass, vectors);
+        let defect = gram(vectors, inertia.as_ref())
+            - Mat::<f64>::identity(inertia.ncols(), inertia.ncols());
+        largest = largest.max(largest_entry(defect.as_ref()));
+    }
+    println!(
+        "{} columns of {} dofs: {largest:e}",
+        lanczos.column_count(),
+        model.len()
+    );
+    assert!(lanczos.column_count() >= 350 && model.len() > 800);
+    assert!(largest < 1e-13, "{largest:e}");
+
+    // A basis that was restarted on its way comes to the same eigenvalues.
+    let mut restarted = start(96);
+    for _ in 0..45 {
+        if restarted.is_full() {
+            let pairs = restarted.ritz_pairs().unwrap();
+            restarted.restart(&pairs, 40);
+        }
+        restarted.step().unwrap();
+    }
+    let [whole, restarted] =
+        [&lanczos, &restarted].map(|one| one.ritz_pairs().unwrap().eigenvalues);
+    for (a, b) in whole.iter().zip(&restarted).take(24) {
+        assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
+    }
+}
