@@ -3,10 +3,14 @@
 
 use dcb_samples::{Material, SolidElement, box_block};
 use dcb_sparse::block_algebra::{gram, largest_entry, symmetric_product};
+use dcb_sparse::factorization::SymmetricFactor;
 use faer::Mat;
 
+use crate::model::condensation::Model;
+use crate::model::piece_motions::Pieces;
+use crate::model::rigid_body::{MassProperties, RigidBodyModes};
+use crate::model::shift::SpectrumScale;
 use crate::modes::lanczos::Lanczos;
-use crate::pipeline::free_body::FreeBody;
 
 /// Cleaned once a step, the basis keeps to M-orthonormal vectors without rigid motion, and the projected matrix to its eigenvalues, however many steps are made.
 #[test]
@@ -18,16 +22,19 @@ fn a_basis_stays_orthonormal_over_many_steps() {
         SolidElement::Hexahedron20,
         &Material::STEEL,
     );
-    let body = FreeBody::of(&component).unwrap();
-    let (mut factor, spectrum) = body.analysed().unwrap();
-    let model = &body.model;
-    let shift = spectrum.scale.shift();
+    let properties = MassProperties::of(&component).unwrap();
+    let model = &Model::of(&component).unwrap();
+    let rigid = RigidBodyModes::of(&component, model, &properties).unwrap();
+    let pieces = Pieces::of(model, &rigid);
+    let dimension = component.dimension();
+    let shift = SpectrumScale::of(model, &rigid, &pieces, dimension, properties.centre).shift();
+    let mut factor =
+        SymmetricFactor::analyse(&model.stiffness, &model.mass, &model.points()).unwrap();
     let factor = factor
         .factorize(&model.stiffness, &model.mass, shift)
-        .unwrap_or_else(|_| unreachable!("K + σ M of a solid is positive definite"));
-    let start = |capacity: usize| {
-        Lanczos::start(model, &body.rigid, &factor, shift, 8, capacity, 3).unwrap()
-    };
+        .unwrap();
+    let start =
+        |capacity: usize| Lanczos::start(model, &rigid, &factor, shift, 8, capacity, 3).unwrap();
     let mut lanczos = start(400);
     let mut largest = 0.0_f64;
     for _ in 0..45 {
