@@ -284,7 +284,7 @@ def job_targets(case, wanted):
         theirs = f"{LABELS[tool]}, {number(seconds)} s (no solver's result counts: {', '.join(failures)})"
         ratio = seconds / ours[0]
     else:
-        ratio, tool, threads = case.lead(SOLVERS, lambda run: run["wall"])
+        ratio, tool, threads = peer
         theirs = f"{LABELS[tool]}, {plural(threads)}, {number(case.wall(tool, threads))} s"
         least, tool = min((case.peak(tool), tool) for tool in SOLVERS if case.of(tool))
     how = f": {theirs}; ours, {plural(ours[2])}, {number(ours[0])} s"
