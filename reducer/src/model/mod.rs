@@ -9,6 +9,7 @@ pub mod localization;
 pub(crate) mod mass_sign;
 pub mod piece_motions;
 pub mod plausibility;
+pub mod regularization;
 pub mod rigid_body;
 pub mod rigid_frame;
 pub mod shift;

@@ -2,7 +2,7 @@
 //! what they leave out. It is searched for again, more widely or with a more accurate factor, until an eigenvalue count finds no mode missing.
 
 use dcb_formats::superelement::Moments;
-use dcb_sparse::factorization::{PositiveFactor, SymmetricFactor};
+use dcb_sparse::factorization::{PositiveFactor, SymmetricFactor, Unfactorized};
 use faer::Mat;
 
 use crate::attachments::enrichment::FurtherColumns;
@@ -11,6 +11,7 @@ use crate::attachments::omitted_stress::omitted_stress;
 use crate::attachments::residual::ResidualFlexibility;
 use crate::error::Error;
 use crate::mode_selection::ModeSelection;
+use crate::model::regularization::Regularization;
 use crate::modes::certificate::Sturm;
 use crate::modes::free_modes::{FreeModes, KnownMotions, Search};
 use crate::moments::PowerMoments;
@@ -101,10 +102,16 @@ impl<'a> BasisSearch<'a> {
         let room = self.memory.for_modes(wanted);
         let loose = self.loose_motions()?;
         let (mut copies, mut last_count) = (0, None);
-        for attempt in 0..ATTEMPTS {
+        let mut regularization = self.regularization();
+        let mut attempt = 0;
+        while attempt < ATTEMPTS {
             observer.enter(Stage::Factor)?;
-            let positive = match factor.factorize(&model.stiffness, &model.mass, scale.shift()) {
+            let positive = match regularization.factorize(model, factor) {
                 Ok(positive) => positive,
+                Err(Unfactorized::NotPositive) if regularization.is_exact() => {
+                    regularization = Regularization::by_shift(scale);
+                    continue;
+                }
                 Err(why) => return Err(unfactorized(model, scale, factor, why)),
             };
             let search = Search {
@@ -113,17 +120,23 @@ impl<'a> BasisSearch<'a> {
                 copies,
                 basis: room.basis,
             };
-            let modes = self.modes(&positive, &loose, search, observer);
+            let shift = regularization.shift();
+            let modes = self.modes(&positive, shift, &loose, search, observer);
+            if regularization.is_exact() && self.has_soft_motion(&modes) {
+                regularization = Regularization::by_shift(scale);
+                continue;
+            }
             if let Ok(modes) = &modes {
                 self.refuse(modes, wanted)?;
             }
             let found = modes.and_then(|modes| {
-                let columns = self.columns(&modes, &positive, room.estimate, observer)?;
+                let columns = self.columns(&modes, &positive, shift, room.estimate, observer)?;
                 Ok((modes, columns))
             });
             let refined = positive.least_accurate();
             if !refined.is_accurate() {
                 factor.keep_in_double(refined);
+                attempt += 1;
                 continue;
             }
             let (modes, columns) = found?;
@@ -136,6 +149,7 @@ impl<'a> BasisSearch<'a> {
             let missed = sturm.counted.saturating_sub(sturm.found);
             copies = copies.max(modes.largest_multiplicity() + missed);
             last_count = Some(sturm);
+            attempt += 1;
         }
         Err(Error::ModesMissed {
             found: last_count.map_or(0, |sturm| sturm.found),
@@ -176,9 +190,32 @@ impl<'a> BasisSearch<'a> {
         }
     }
 
+    /// Springs that hold the rigid motions; a shift where pieces are loose.
+    fn regularization(&self) -> Regularization {
+        let FreeBody { model, rigid, .. } = self.body;
+        let scale = &self.spectrum.scale;
+        match self.spectrum.pieces.motions {
+            Some(_) => Regularization::by_shift(scale),
+            None => Regularization::by_supports(model, rigid, scale),
+        }
+    }
+
+    /// Whether a motion was found that may have no stiffness, or none can be relied on.
+    fn has_soft_motion(&self, modes: &Result<FreeModes, Error>) -> bool {
+        match modes {
+            Ok(modes) => {
+                let lowest = modes.eigenvalues.first().copied();
+                lowest.unwrap_or(modes.first_omitted) < self.spectrum.scale.shift()
+            }
+            Err(Error::Interrupted | Error::Ranks(_) | Error::OutOfMemory { .. }) => false,
+            Err(_) => true,
+        }
+    }
+
     fn modes(
         &self,
         positive: &PositiveFactor,
+        shift: f64,
         loose: &Mat<f64>,
         search: Search,
         observer: &mut dyn Observer,
@@ -186,7 +223,6 @@ impl<'a> BasisSearch<'a> {
         observer.enter(Stage::Modes)?;
         let FreeBody { model, rigid, .. } = self.body;
         let known = KnownMotions { rigid, loose };
-        let shift = self.spectrum.scale.shift();
         FreeModes::compute(model, known, positive, shift, search, observer)
     }
 
@@ -212,6 +248,7 @@ impl<'a> BasisSearch<'a> {
         &self,
         modes: &FreeModes,
         positive: &PositiveFactor,
+        shift: f64,
         estimate: EstimateChoice,
         observer: &mut dyn Observer,
     ) -> Result<Columns, Error> {
@@ -235,7 +272,6 @@ impl<'a> BasisSearch<'a> {
             (EstimateChoice::Computed, EstimateChoice::Computed) => {
                 observer.enter(Stage::Estimate)?;
                 let columns = further.as_ref().map(|further| further.shapes.as_ref());
-                let shift = self.spectrum.scale.shift();
                 match PowerMoments::compute(&of, columns, positive, shift, observer) {
                     Err(error @ (Error::Interrupted | Error::Ranks(_))) => return Err(error),
                     found => found.map(Some).map_err(|why| why.to_string()),

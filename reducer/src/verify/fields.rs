@@ -14,6 +14,7 @@ use crate::attachments::interface_reduction::InterfaceReduction;
 use crate::attachments::residual::ResidualFlexibility;
 use crate::error::Error;
 use crate::inertia::invariants::inertia_invariants;
+use crate::model::regularization::Regularization;
 use crate::model::shift::AbsoluteForces;
 use crate::modes::certificate::Sturm;
 use crate::modes::free_modes::{FreeModes, residuals};
@@ -153,7 +154,9 @@ impl Stored<'_> {
             return Ok((given()?, None));
         }
         let scale = &self.spectrum.scale;
-        let positive = match factor.factorize(&model.stiffness, &model.mass, scale.shift()) {
+        let stored = self.element.moments.as_ref().map(|moments| moments.shift);
+        let regularization = Regularization::of_moments(stored.unwrap_or(0.0), model, rigid, scale);
+        let positive = match regularization.factorize(model, factor) {
             Ok(positive) => positive,
             Err(why) => return Err(unfactorized(model, scale, factor, why)),
         };
@@ -169,7 +172,8 @@ impl Stored<'_> {
             let further = self.basis.enrichment.as_ref();
             let further = further.map(|shapes| model.contract(shapes.as_ref()));
             let further = further.as_ref().map(|shapes| shapes.as_ref());
-            match PowerMoments::compute(&of, further, &positive, scale.shift(), &mut ()) {
+            let shift = regularization.shift();
+            match PowerMoments::compute(&of, further, &positive, shift, &mut ()) {
                 Ok(computed) => moments = Some(computed),
                 Err(why) => {
                     findings.require("error estimate recomputed", false, &why.to_string());

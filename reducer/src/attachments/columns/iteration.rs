@@ -11,7 +11,7 @@ use super::{AttachmentProblem, ProjectedForces, add_scaled, relative};
 use crate::error::Error;
 
 /// Relative residual of the attachment columns that is aimed at.
-const RESIDUAL_AIM: f64 = 3e-13;
+const RESIDUAL_AIM: f64 = 1e-12;
 /// Sweeps of refinement and iterations in each.
 const SWEEPS: usize = 6;
 const ITERATIONS_PER_SWEEP: usize = 60;
