@@ -14,6 +14,7 @@ mod invariance;
 mod large_parts;
 mod measured;
 mod reference_values;
+mod regularization;
 mod samples;
 mod scene_driven;
 mod selection;

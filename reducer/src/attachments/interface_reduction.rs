@@ -10,7 +10,7 @@
 //! F' is the best approximation of rank N in that scaling, and F_res - F' is positive semi-definite: the part becomes stiffer.
 
 use dcb_dense::{symmetric_eigen, symmetrized};
-use dcb_sparse::block_algebra::combination;
+use dcb_sparse::block_algebra::{column_norms, combination};
 use dcb_superelement::CLUSTER_TOLERANCE;
 use faer::{Mat, MatRef};
 use serde::{Deserialize, Serialize};
@@ -19,6 +19,9 @@ use crate::attachments::residual::ResidualFlexibility;
 use crate::error::Error;
 use crate::model::localization::Localization;
 use dcb_superelement::MASS_TOLERANCE;
+
+/// A row of whose motion less than this part is kept has kept rounding.
+const NOTHING_KEPT: f64 = 1e-12;
 
 /// How many directions of their residual flexibility the interfaces keep.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -125,10 +128,17 @@ impl Truncation {
         })
     }
 
-    /// X' = X P, shaped like the columns X, (n, n_b).
+    /// X' = X P, shaped like the columns X, (n, n_b). Rows of which nothing is kept but rounding have no motion.
     pub fn project(&self, columns: MatRef<'_, f64>) -> Mat<f64> {
         let kept = combination(columns, self.forces.as_ref());
-        combination(kept.as_ref(), self.amounts.as_ref())
+        let mut projected = combination(kept.as_ref(), self.amounts.as_ref());
+        let sizes = column_norms(projected.as_ref()).into_iter();
+        for (row, (left, whole)) in sizes.zip(column_norms(columns)).enumerate() {
+            if left <= NOTHING_KEPT * whole {
+                projected.as_mut().col_mut(row).fill(0.0);
+            }
+        }
+        projected
     }
 }
 

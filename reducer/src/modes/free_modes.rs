@@ -1,7 +1,7 @@
 //! Free-free elastic modes: the lowest eigenpairs of K φ = ω² M φ that are M-orthogonal to the rigid motions.
 //!
-//! Lanczos (`crate::modes::lanczos`) finds the subspace, one step of inverse iteration and a Rayleigh–Ritz step on K and M
-//! themselves sharpen it, and the true residuals decide. A multiple root's copies stay together: the number of
+//! Lanczos (`crate::modes::lanczos`) finds the subspace, one step of inverse iteration on its less accurate vectors and a Rayleigh–Ritz
+//! step on K and M themselves sharpen it, and the true residuals decide. A multiple root's copies stay together: the number of
 //! modes is raised to the next gap. Signs, and the basis inside a multiple root, follow a fixed rule (`crate::modes::multiplet`).
 
 use dcb_dense::{symmetric_eigen, symmetrized};
@@ -45,8 +45,10 @@ const CERTIFICATE_ROOM: f64 = 1e-2;
 const DEPENDENT: f64 = 1e-6;
 /// How often the whole space is sharpened before the last time.
 const SHARPENED_AGAIN: usize = 2;
-/// Wanted accuracy of a Ritz vector under S before it is polished.
+/// Wanted accuracy of a Ritz vector under S.
 const RITZ_TOLERANCE: f64 = 1e-8;
+/// A Ritz vector of this accuracy is as good as rounding allows; sharpening it would gain nothing.
+const SHARP: f64 = 1e-12;
 
 /// Which search a factorization serves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -190,8 +192,16 @@ impl FreeModes {
                 lanczos = start(guarded)?;
                 continue;
             }
-            let x = sharpened(&lanczos, &pairs, kept)?;
-            let modes = Self::of_subspace(model, known, x, kept, search.wanted, iterations)?;
+            let sharp = match lanczos.is_exhausted() {
+                true => 0.0,
+                false => SHARP,
+            };
+            let mut x = sharpened(&lanczos, &pairs, kept, sharp)?;
+            let mut modes = Self::of_subspace(model, known, x, kept, search.wanted, iterations)?;
+            if modes.unconverged().count() > 0 && sharp > 0.0 {
+                x = sharpened(&lanczos, &pairs, kept, 0.0)?;
+                modes = Self::of_subspace(model, known, x, kept, search.wanted, iterations)?;
+            }
             if modes.unconverged().count() == 0 {
                 return Ok(modes);
             }
@@ -324,11 +334,31 @@ impl FreeModes {
     }
 }
 
-/// Inverse iteration on the `kept` lowest Ritz vectors, and on two more, which tell where the spectrum goes on.
-fn sharpened(lanczos: &Lanczos, pairs: &RitzPairs, kept: usize) -> Result<Mat<f64>, Error> {
+/// The `kept` lowest Ritz vectors, and two more, which tell where the spectrum goes on: after an inverse iteration those that are less
+/// accurate than `sharp`, and those that may have no stiffness.
+fn sharpened(
+    lanczos: &Lanczos,
+    pairs: &RitzPairs,
+    kept: usize,
+    sharp: f64,
+) -> Result<Mat<f64>, Error> {
     let subspace = (kept + 2).min(pairs.eigenvalues.len());
-    let first_guess = lanczos.ritz_vectors(pairs, subspace);
-    lanczos.polish(first_guess.as_ref())
+    let mut x = lanczos.ritz_vectors(pairs, subspace);
+    let is_blunt =
+        |j: &usize| pairs.residuals[*j] >= sharp || lanczos.is_soft(pairs.eigenvalues[*j]);
+    let blunt: Vec<usize> = (0..subspace).filter(is_blunt).collect();
+    if blunt.len() == subspace {
+        return lanczos.polish(x.as_ref());
+    }
+    let mut some = Mat::zeros(x.nrows(), blunt.len());
+    for (mut to, from) in some.as_mut().col_iter_mut().zip(&blunt) {
+        to.copy_from(x.as_ref().col(*from));
+    }
+    let some = lanczos.polish(some.as_ref())?;
+    for (from, to) in some.col_iter().zip(&blunt) {
+        x.as_mut().col_mut(*to).copy_from(from);
+    }
+    Ok(x)
 }
 
 /// Every Ritz vector of a basis that spans all that S reaches, sharpened until rounding in the basis is gone.

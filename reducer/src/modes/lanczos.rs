@@ -1,4 +1,5 @@
-//! Block Lanczos on S = (K + σ M)⁻¹ M with the M inner product, full reorthogonalisation and thick restart.
+//! Block Lanczos on S = (K + σ M)⁻¹ M with the M inner product, full reorthogonalisation and thick restart. Without a shift K is held by
+//! springs (`crate::model::regularization`), which the inertia of vectors without rigid motion doesn't feel.
 //!
 //! Rigid motions are deflated from geometry, never computed. Every basis vector is in the range of S, so a positive
 //! *semi*-definite M (massless rotations, few integration points) has a place only for its motions with mass; what rounding leaves of
@@ -378,6 +379,11 @@ impl<'a> Lanczos<'a> {
                 .collect(),
             coefficients,
         })
+    }
+
+    /// Whether a Ritz value can't be told from that of a motion without stiffness before its vector is sharpened.
+    pub fn is_soft(&self, eigenvalue: f64) -> bool {
+        eigenvalue <= self.shift
     }
 
     /// The first `count` Ritz vectors, (n_c, count).

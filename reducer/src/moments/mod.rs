@@ -4,7 +4,7 @@
 //! X = G Lᵀ,  Z = G_σ M X      M_1 = L X,  M_2 = Xᵀ M X,  M_3 = Xᵀ M Z,  M_4 = Zᵀ M Z
 //! ```
 //! X are the attachments and further columns of the basis, and besides the static responses to forces at output rows. G_σ is the inverse of
-//! the factorized K + σ M without rigid and kept motions: one solution for each column.
+//! the factorized matrix, K + σ M or K on springs (σ = 0), without rigid and kept motions: one solution for each column.
 
 mod mode_residuals;
 mod second_responses;
@@ -42,7 +42,7 @@ pub struct PowerMoments {
 
 impl PowerMoments {
     /// With the attachments of `of`, all of them, and the shapes of further columns, (n_c, n_x), where there are some. `factor` is that of
-    /// K + σ M, σ the `shift`.
+    /// K + σ M, σ the `shift`, or of K on springs, where that is 0.
     ///
     /// # Errors
     /// [`Error::AttachmentsNotConverged`] naming the response at an output row that doesn't converge.

@@ -8,7 +8,7 @@ use crate::attachments::enrichment::Reducing;
 use crate::error::Error;
 use crate::modes::free_modes::FreeModes;
 
-/// Residuals of the kept modes, ρ = K φ - ω² M φ, in the norm of the factorized matrix: ρᵀ (K + σ M)⁻¹ ρ.
+/// Residuals of the kept modes, ρ = K φ - ω² M φ, in the norm of the factorized matrix: ρᵀ (K + σ M)⁻¹ ρ; rigid motions have no part in ρ.
 #[derive(Clone, Debug)]
 pub(super) struct ModeResiduals {
     squares: Vec<f64>,

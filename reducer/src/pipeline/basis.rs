@@ -1,4 +1,4 @@
-//! The basis of a reduction from one factorization of K + σ M: free-free modes Φ, attachments G_res L_bᵀ, further columns X, and the moments of
+//! The basis of a reduction from one factorization: free-free modes Φ, attachments G_res L_bᵀ, further columns X, and the moments of
 //! what they leave out. It is searched for again, more widely or with a more accurate factor, until an eigenvalue count finds no mode missing.
 
 use dcb_formats::superelement::Moments;

@@ -1,7 +1,7 @@
 //! Attachment columns: K X = P' L_bᵀ in the complement of the rigid and kept motions.
 //!
-//! They come from the one factorization of K + σ M by refinement: what a solution with that factor leaves is about σ/ω²_{k+1}, with
-//! ω²_{k+1} the lowest eigenvalue that is not kept, so that two solutions mostly reach rounding; conjugate gradients with the factor as
+//! They come from the one factorization by refinement. On springs (`crate::model::regularization`) one solution mostly reaches rounding. With a
+//! shift it leaves about σ/ω²_{k+1}, ω²_{k+1} the lowest eigenvalue that is not kept, so that two do; conjugate gradients with the factor as
 //! preconditioner go on where they don't. P' has taken the kept modes out of the forces, so that they don't come back; only
 //! motions without stiffness are projected out on the way, because the factor enlarges what rounding leaves of them. The columns are
 //! solved in blocks: nothing but X itself is ever as wide as L_bᵀ.
