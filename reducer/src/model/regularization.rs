@@ -97,7 +97,7 @@ fn springs(
     eigenvalue: f64,
 ) -> Option<Vec<Triplet<u32, u32, f64>>> {
     let amounts = model.unit_amounts(rigid.length);
-    let places = stiff_dofs(model, &amounts);
+    let places = stiff_dofs(model);
     let r = rigid.count();
     let row = |dof: &usize| -> Vec<f64> {
         let motions = rigid.shapes.as_ref().row(*dof);
@@ -131,17 +131,19 @@ fn springs(
     Some(springs)
 }
 
-/// The stiffer half of the dofs that have a direction: a support on a soft one would hardly hold the rest.
-fn stiff_dofs(model: &Model, amounts: &[f64]) -> Vec<usize> {
-    let stiffness = |dof: usize| {
-        let entry = model.stiffness.as_ref().get(dof, dof).copied();
-        entry.unwrap_or(0.0) * amounts[dof] * amounts[dof]
+/// The stiffer half of the dofs of each direction: a support on a soft one would hardly hold the rest.
+fn stiff_dofs(model: &Model) -> Vec<usize> {
+    let mut directions: [Vec<(f64, usize)>; 6] = Default::default();
+    for (dof, of) in model.dofs.iter().enumerate() {
+        if let Some(motion) = of.motion {
+            let stiffness = model.stiffness.as_ref().get(dof, dof).copied();
+            directions[motion.direction.index()].push((stiffness.unwrap_or(0.0), dof));
+        }
+    }
+    let stiffer_half = |mut places: Vec<(f64, usize)>| {
+        places.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        places.truncate(places.len().div_ceil(2));
+        places.into_iter().map(|(_, dof)| dof)
     };
-    let mut places: Vec<(f64, usize)> = (0..model.len())
-        .filter(|dof| !model.is_internal(*dof))
-        .map(|dof| (stiffness(dof), dof))
-        .collect();
-    places.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    places.truncate(places.len().div_ceil(2));
-    places.into_iter().map(|(_, dof)| dof).collect()
+    directions.into_iter().flat_map(stiffer_half).collect()
 }

@@ -78,8 +78,8 @@ impl<'a> FreeBody<'a> {
         };
         let meanwhile = || {
             let spectrum = self.spectrum();
-            // A factor has about as many entries as K, or more.
-            touch_ahead(size_of_val(model.stiffness.val()), &is_ordered);
+            // A factor of a solid has at least twice as many entries as K.
+            touch_ahead(2 * size_of_val(model.stiffness.val()), &is_ordered);
             spectrum
         };
         let (factor, spectrum) = rayon::join(ordered, meanwhile);

@@ -6,7 +6,7 @@ use dcb_sparse::block_algebra::{
 use dcb_sparse::factorization::PositiveFactor;
 use faer::Mat;
 
-use super::{AttachmentProblem, ProjectedForces, add_scaled, relative};
+use super::{AttachmentProblem, ProjectedForces, add_scaled, relative, some_columns};
 
 use crate::error::Error;
 
@@ -36,10 +36,46 @@ pub struct Solution {
 }
 
 impl Solution {
+    /// Columns whose residuals are above the aim, or no numbers.
+    fn open(&self) -> Vec<usize> {
+        let is_open = |j: &usize| self.residuals[*j].is_nan() || self.residuals[*j] > RESIDUAL_AIM;
+        (0..self.residuals.len()).filter(is_open).collect()
+    }
+
     /// The largest residual; one that is no number is larger than any other.
     fn worst(&self) -> f64 {
         let largest = self.residuals.iter().copied().max_by(f64::total_cmp);
         largest.unwrap_or(0.0)
+    }
+
+    /// The largest of some residuals.
+    fn worst_of(&self, columns: &[usize]) -> f64 {
+        let residuals = columns.iter().map(|j| self.residuals[*j]);
+        residuals.max_by(f64::total_cmp).unwrap_or(0.0)
+    }
+
+    /// Takes over some columns, in this order those of another solution.
+    fn replace(&mut self, columns: &[usize], by: Self) {
+        if columns.len() == self.residuals.len() {
+            *self = by;
+            return;
+        }
+        if self.product.ncols() == 0 {
+            self.product = zeros(self.x.nrows(), self.x.ncols());
+        }
+        let pairs = [
+            (&mut self.x, &by.x),
+            (&mut self.product, &by.product),
+            (&mut self.left, &by.left),
+        ];
+        for (to, from) in pairs {
+            for (place, column) in columns.iter().zip(from.col_iter()) {
+                to.as_mut().col_mut(*place).copy_from(column);
+            }
+        }
+        for (place, residual) in columns.iter().zip(by.residuals) {
+            self.residuals[*place] = residual;
+        }
     }
 }
 
@@ -53,8 +89,8 @@ enum Sweep {
 }
 
 impl AttachmentProblem<'_> {
-    /// Sweeps of refinement until the residuals are small or as good as rounding allows. The factor alone mostly takes a residual
-    /// to rounding; where it doesn't, because the shift is not small beside the first eigenvalue, conjugate gradients go on.
+    /// Sweeps of refinement until the residuals are small or as good as rounding allows, each for the columns that are still open. The factor
+    /// alone mostly takes a residual to rounding; where it doesn't, because the shift is not small beside the first eigenvalue, conjugate gradients go on.
     pub(super) fn solve_block(
         &self,
         factor: &PositiveFactor,
@@ -70,21 +106,27 @@ impl AttachmentProblem<'_> {
         let mut iterations = 0;
         let mut sweep = Sweep::Factor;
         for _ in 0..SWEEPS {
-            if best.worst() <= RESIDUAL_AIM {
+            let open = best.open();
+            if open.is_empty() {
                 break;
             }
-            let left = copied(best.left.as_ref());
+            let forces = &forces.some(&open);
+            let left = some_columns(&best.left, &open);
             let (mut x, made) = match sweep {
                 Sweep::Factor => (solved(factor, left)?, 1),
                 Sweep::ConjugateGradients => self.conjugate_gradients(factor, forces, left)?,
             };
             iterations += made;
-            add_scaled(&mut x, &vec![1.0; best.x.ncols()], &best.x);
+            add_scaled(
+                &mut x,
+                &vec![1.0; open.len()],
+                &some_columns(&best.x, &open),
+            );
             self.project_motion(&mut x);
             let next = self.solution(forces, x, 0);
-            let share = next.worst() / best.worst();
+            let share = next.worst() / best.worst_of(&open);
             if share < 1.0 {
-                best = next;
+                best.replace(&open, next);
             }
             sweep = match sweep {
                 Sweep::Factor if share <= FAST => Sweep::Factor,

@@ -60,6 +60,19 @@ struct ProjectedForces {
     spent: Vec<bool>,
 }
 
+impl ProjectedForces {
+    /// Some of the columns.
+    fn some(&self, columns: &[usize]) -> Self {
+        let flags = |of: &[bool]| columns.iter().map(|j| of[*j]).collect();
+        Self {
+            columns: some_columns(&self.columns, columns),
+            norms: columns.iter().map(|j| self.norms[*j]).collect(),
+            inert: flags(&self.inert),
+            spent: flags(&self.spent),
+        }
+    }
+}
+
 /// Attachment columns with what they leave of their equation.
 pub struct SolvedColumns {
     /// X, (n_c, n_b).
@@ -301,6 +314,17 @@ fn add_scaled(y: &mut Mat<f64>, factors: &[f64], p: &Mat<f64>) {
                 *y += factor * p;
             }
         });
+}
+
+fn some_columns(of: &Mat<f64>, columns: &[usize]) -> Mat<f64> {
+    let mut some = zeros(of.nrows(), columns.len());
+    for (place, column) in columns.iter().enumerate() {
+        copy(
+            of.as_ref().subcols(*column, 1),
+            some.as_mut().subcols_mut(place, 1),
+        );
+    }
+    some
 }
 
 /// Ratios; 0 where there is nothing to divide by.
