@@ -347,6 +347,9 @@ fn sharpened(
     let is_blunt =
         |j: &usize| pairs.residuals[*j] >= sharp || lanczos.is_soft(pairs.eigenvalues[*j]);
     let blunt: Vec<usize> = (0..subspace).filter(is_blunt).collect();
+    if blunt.is_empty() {
+        return Ok(x);
+    }
     if blunt.len() == subspace {
         return lanczos.polish(x.as_ref());
     }
