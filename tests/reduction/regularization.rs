@@ -13,19 +13,36 @@ use dcb_tests::oracle::Oracle;
 use dcb_tests::parts;
 use faer::Mat;
 
+/// A free body before anything is factorized.
+struct Free<'a> {
+    model: Model<'a>,
+    rigid: RigidBodyModes,
+    scale: SpectrumScale,
+}
+
+impl<'a> Free<'a> {
+    fn of(component: &'a Component) -> Self {
+        let properties = MassProperties::of(component).unwrap();
+        let model = Model::of(component).unwrap();
+        let rigid = RigidBodyModes::of(component, &model, &properties).unwrap();
+        let pieces = Pieces::of(&model, &rigid);
+        let dimension = component.dimension();
+        let scale = SpectrumScale::of(&model, &rigid, &pieces, dimension, properties.centre);
+        Self {
+            model,
+            rigid,
+            scale,
+        }
+    }
+}
+
 /// Largest error of a response to balanced forces, of the root of its energy, and the same of what one solution with a shift leaves.
 fn errors(component: &Component) -> (f64, f64) {
-    let properties = MassProperties::of(component).unwrap();
-    let model = Model::of(component).unwrap();
-    let rigid = RigidBodyModes::of(component, &model, &properties).unwrap();
-    let pieces = Pieces::of(&model, &rigid);
-    let scale = SpectrumScale::of(
-        &model,
-        &rigid,
-        &pieces,
-        component.dimension(),
-        properties.centre,
-    );
+    let Free {
+        model,
+        rigid,
+        scale,
+    } = &Free::of(component);
     let oracle = Oracle::of(component);
     let forces = Mat::from_fn(model.len(), 5, |i, j| ((i * (j + 2)) as f64).sin());
     // (I - M R Rᵀ) f
@@ -39,7 +56,7 @@ fn errors(component: &Component) -> (f64, f64) {
     let mut factor =
         SymmetricFactor::analyse(&model.stiffness, &model.mass, &model.points()).unwrap();
     let mut largest_with = |regularization: &Regularization| {
-        let positive = regularization.factorize(&model, &mut factor).unwrap();
+        let positive = regularization.factorize(model, &mut factor).unwrap();
         let mut x = balanced.clone();
         positive.solve_in_place(x.as_mut()).unwrap();
         rigid.project_out(&mut x);
@@ -48,7 +65,7 @@ fn errors(component: &Component) -> (f64, f64) {
             .map(|j| energy(&off, j) / energy(&exact, j))
             .fold(0.0, f64::max)
     };
-    let supports = Regularization::by_supports(&model, &rigid, &scale);
+    let supports = Regularization::by_supports(model, rigid, scale);
     let Regularization::Supports(springs) = &supports else {
         panic!("{}: no place for springs", component.name);
     };
@@ -56,7 +73,7 @@ fn errors(component: &Component) -> (f64, f64) {
     assert!(springs.val().iter().all(|stiffness| *stiffness > 0.0));
     (
         largest_with(&supports),
-        largest_with(&Regularization::by_shift(&scale)),
+        largest_with(&Regularization::by_shift(scale)),
     )
 }
 
@@ -94,26 +111,20 @@ fn one_solution_on_springs_is_that_of_the_free_body() {
 fn two_pieces_have_no_factor_on_the_springs_of_one() {
     let bar = parts::steel_box([3, 1, 1], SolidElement::Hexahedron);
     let pieces = parts::side_by_side(&[bar.clone(), bar]);
-    let properties = MassProperties::of(&pieces).unwrap();
-    let model = Model::of(&pieces).unwrap();
-    let rigid = RigidBodyModes::of(&pieces, &model, &properties).unwrap();
-    let whole = Pieces::of(&model, &rigid);
-    let scale = SpectrumScale::of(
-        &model,
-        &rigid,
-        &whole,
-        pieces.dimension(),
-        properties.centre,
-    );
+    let Free {
+        model,
+        rigid,
+        scale,
+    } = &Free::of(&pieces);
     let mut factor =
         SymmetricFactor::analyse(&model.stiffness, &model.mass, &model.points()).unwrap();
-    let supports = Regularization::by_supports(&model, &rigid, &scale);
-    if let Ok(positive) = supports.factorize(&model, &mut factor) {
+    let supports = Regularization::by_supports(model, rigid, scale);
+    if let Ok(positive) = supports.factorize(model, &mut factor) {
         // Rounding made the last pivots positive: a response is as large as the inverse of rounding.
         let mut x = Mat::from_fn(model.len(), 1, |i, _| (i as f64).sin());
         positive.solve_in_place(x.as_mut()).unwrap();
         assert!(x.norm_max().is_nan() || x.norm_max() > 1e-3);
     }
-    let shift = Regularization::by_shift(&scale);
-    assert!(shift.factorize(&model, &mut factor).is_ok());
+    let shift = Regularization::by_shift(scale);
+    assert!(shift.factorize(model, &mut factor).is_ok());
 }

@@ -91,6 +91,22 @@ pub fn copy(from: MatRef<'_, f64>, to: MatMut<'_, f64>) {
         .for_each(|(mut to, from)| to.copy_from(from));
 }
 
+/// Some columns, in the order asked for.
+pub fn some_columns(of: MatRef<'_, f64>, columns: &[usize]) -> Mat<f64> {
+    let mut some = zeros(of.nrows(), columns.len());
+    some.par_col_iter_mut()
+        .zip(columns)
+        .for_each(|(mut to, column)| to.copy_from(of.col(*column)));
+    some
+}
+
+/// Puts columns into the places that [`some_columns`] took them from.
+pub fn set_columns(mut of: MatMut<'_, f64>, columns: &[usize], some: MatRef<'_, f64>) {
+    for (column, from) in columns.iter().zip(some.col_iter()) {
+        of.rb_mut().col_mut(*column).copy_from(from);
+    }
+}
+
 /// Euclidean norm of each column.
 pub fn column_norms(x: MatRef<'_, f64>) -> Vec<f64> {
     x.par_col_iter().map(|column| column.norm_l2()).collect()

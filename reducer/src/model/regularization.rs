@@ -46,14 +46,15 @@ impl Regularization {
         Self::Shift(scale.shift())
     }
 
-    /// That with which stored moments were made.
+    /// That with which stored moments were made, by their σ; a shift where there are none: nothing tells then that no further motion is
+    /// without stiffness.
     pub fn of_moments(
-        shift: f64,
+        shift: Option<f64>,
         model: &Model,
         rigid: &RigidBodyModes,
         scale: &SpectrumScale,
     ) -> Self {
-        match shift == 0.0 {
+        match shift == Some(0.0) {
             true => Self::by_supports(model, rigid, scale),
             false => Self::by_shift(scale),
         }

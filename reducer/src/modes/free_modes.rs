@@ -7,7 +7,8 @@
 use dcb_dense::{symmetric_eigen, symmetrized};
 use dcb_formats::SparseMatrix;
 use dcb_sparse::block_algebra::{
-    column_norms, combination, gram, symmetric_product, symmetric_product_into, turn,
+    column_norms, combination, gram, set_columns, some_columns, symmetric_product,
+    symmetric_product_into, turn,
 };
 use dcb_sparse::column_products::BLOCK;
 use dcb_sparse::factorization::PositiveFactor;
@@ -353,14 +354,8 @@ fn sharpened(
     if blunt.len() == subspace {
         return lanczos.polish(x.as_ref());
     }
-    let mut some = Mat::zeros(x.nrows(), blunt.len());
-    for (mut to, from) in some.as_mut().col_iter_mut().zip(&blunt) {
-        to.copy_from(x.as_ref().col(*from));
-    }
-    let some = lanczos.polish(some.as_ref())?;
-    for (from, to) in some.col_iter().zip(&blunt) {
-        x.as_mut().col_mut(*to).copy_from(from);
-    }
+    let some = lanczos.polish(some_columns(x.as_ref(), &blunt).as_ref())?;
+    set_columns(x.as_mut(), &blunt, some.as_ref());
     Ok(x)
 }
 

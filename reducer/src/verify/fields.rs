@@ -155,7 +155,7 @@ impl Stored<'_> {
         }
         let scale = &self.spectrum.scale;
         let stored = self.element.moments.as_ref().map(|moments| moments.shift);
-        let regularization = Regularization::of_moments(stored.unwrap_or(0.0), model, rigid, scale);
+        let regularization = Regularization::of_moments(stored, model, rigid, scale);
         let positive = match regularization.factorize(model, factor) {
             Ok(positive) => positive,
             Err(why) => return Err(unfactorized(model, scale, factor, why)),

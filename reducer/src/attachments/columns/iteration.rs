@@ -1,12 +1,12 @@
 //! One block of attachment columns: refinement with the factor of K + σ M, and conjugate gradients where that is slow.
 
 use dcb_sparse::block_algebra::{
-    add_combination, column_dots, copied, gram, symmetric_product, zeros,
+    add_combination, column_dots, copied, gram, set_columns, some_columns, symmetric_product, zeros,
 };
 use dcb_sparse::factorization::PositiveFactor;
 use faer::Mat;
 
-use super::{AttachmentProblem, ProjectedForces, add_scaled, relative, some_columns};
+use super::{AttachmentProblem, ProjectedForces, add_scaled, relative};
 
 use crate::error::Error;
 
@@ -48,12 +48,6 @@ impl Solution {
         largest.unwrap_or(0.0)
     }
 
-    /// The largest of some residuals.
-    fn worst_of(&self, columns: &[usize]) -> f64 {
-        let residuals = columns.iter().map(|j| self.residuals[*j]);
-        residuals.max_by(f64::total_cmp).unwrap_or(0.0)
-    }
-
     /// Takes over some columns, in this order those of another solution.
     fn replace(&mut self, columns: &[usize], by: Self) {
         if columns.len() == self.residuals.len() {
@@ -69,9 +63,7 @@ impl Solution {
             (&mut self.left, &by.left),
         ];
         for (to, from) in pairs {
-            for (place, column) in columns.iter().zip(from.col_iter()) {
-                to.as_mut().col_mut(*place).copy_from(column);
-            }
+            set_columns(to.as_mut(), columns, from.as_ref());
         }
         for (place, residual) in columns.iter().zip(by.residuals) {
             self.residuals[*place] = residual;
@@ -110,8 +102,9 @@ impl AttachmentProblem<'_> {
             if open.is_empty() {
                 break;
             }
-            let forces = &forces.some(&open);
-            let left = some_columns(&best.left, &open);
+            let chosen = (open.len() < forces.norms.len()).then(|| forces.some(&open));
+            let forces = chosen.as_ref().unwrap_or(forces);
+            let left = some_columns(best.left.as_ref(), &open);
             let (mut x, made) = match sweep {
                 Sweep::Factor => (solved(factor, left)?, 1),
                 Sweep::ConjugateGradients => self.conjugate_gradients(factor, forces, left)?,
@@ -120,11 +113,11 @@ impl AttachmentProblem<'_> {
             add_scaled(
                 &mut x,
                 &vec![1.0; open.len()],
-                &some_columns(&best.x, &open),
+                &some_columns(best.x.as_ref(), &open),
             );
             self.project_motion(&mut x);
             let next = self.solution(forces, x, 0);
-            let share = next.worst() / best.worst_of(&open);
+            let share = next.worst() / best.worst();
             if share < 1.0 {
                 best.replace(&open, next);
             }

@@ -12,7 +12,9 @@ mod loads;
 
 use std::convert::Infallible;
 
-use dcb_sparse::block_algebra::{absolute_product, add_combination, copied, copy, zeros};
+use dcb_sparse::block_algebra::{
+    absolute_product, add_combination, copied, copy, some_columns, zeros,
+};
 use dcb_sparse::column_products::{BLOCK, StiffnessProducts};
 use dcb_sparse::factorization::PositiveFactor;
 use faer::reborrow::*;
@@ -65,7 +67,7 @@ impl ProjectedForces {
     fn some(&self, columns: &[usize]) -> Self {
         let flags = |of: &[bool]| columns.iter().map(|j| of[*j]).collect();
         Self {
-            columns: some_columns(&self.columns, columns),
+            columns: some_columns(self.columns.as_ref(), columns),
             norms: columns.iter().map(|j| self.norms[*j]).collect(),
             inert: flags(&self.inert),
             spent: flags(&self.spent),
@@ -277,10 +279,7 @@ impl<'a> AttachmentProblem<'a> {
             .filter(|j| *j == largest || residuals[*j] > RESIDUAL_LIMIT)
             .collect();
         let candidates = asked.chunks(BLOCK).flat_map(|asked| {
-            let mut block = Mat::zeros(columns.nrows(), asked.len());
-            for (to, from) in asked.iter().enumerate() {
-                block.as_mut().col_mut(to).copy_from(columns.col(*from));
-            }
+            let block = some_columns(columns.as_ref(), asked);
             let absolute = absolute_product(&self.model.stiffness, block.as_ref());
             let sizes = self.norms(absolute.as_ref());
             let scales: Vec<f64> = asked.iter().map(|j| norms[*j]).collect();
@@ -314,17 +313,6 @@ fn add_scaled(y: &mut Mat<f64>, factors: &[f64], p: &Mat<f64>) {
                 *y += factor * p;
             }
         });
-}
-
-fn some_columns(of: &Mat<f64>, columns: &[usize]) -> Mat<f64> {
-    let mut some = zeros(of.nrows(), columns.len());
-    for (place, column) in columns.iter().enumerate() {
-        copy(
-            of.as_ref().subcols(*column, 1),
-            some.as_mut().subcols_mut(place, 1),
-        );
-    }
-    some
 }
 
 /// Ratios; 0 where there is nothing to divide by.
