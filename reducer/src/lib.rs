@@ -1,7 +1,7 @@
 //! Component → superelement: the offline half of the dual Craig–Bampton method for co-rotated bodies.
 //!
 //! [`reduce`] is the whole pipeline: rigid motions from geometry, one factorization of K + σ M that serves the free-free
-//! modes and the residual flexibility, inertia invariants, an eigenvalue count as certificate, and a quality report. Everything
+//! modes and the residual flexibility, inertia invariants, a proof that no mode is missing, and a quality report. Everything
 //! works on sparse matrices; nothing here reads clocks, prints or opens files, but for a factor that is kept on disk.
 //!
 //! ```
@@ -49,6 +49,7 @@ pub use crate::attachments::enrichment_source::EnrichmentSource;
 pub use crate::attachments::interface_reduction::InterfaceModes;
 pub use crate::error::Error;
 pub use crate::mode_selection::ModeSelection;
+pub use crate::modes::certificate::{ModeCount, Proof, ProofChoice};
 pub use crate::observer::{Observer, Stage};
 pub use crate::pipeline::diagnosis::{Grounding, LoosePieces};
 pub use crate::pipeline::effort::Work;

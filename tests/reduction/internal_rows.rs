@@ -102,8 +102,8 @@ fn every_mode_that_the_mass_has_is_found_and_no_other() {
             assert!(kept >= asked.min(omega2.len()), "{part}, {asked}: {kept}");
             let off = relative(&element.modes.eigenvalues, &omega2[..kept]);
             assert!(off < 1e-8, "{part}, {asked}: {off:e}");
-            let sturm = reduced.quality.sturm;
-            assert_eq!((sturm.counted, sturm.found), (6 + kept, 6 + kept));
+            let count = reduced.quality.mode_count;
+            assert_eq!((count.counted, count.found), (6 + kept, 6 + kept));
             if kept == omega2.len() {
                 assert_eq!(element.modes.first_omitted_eigenvalue, f64::INFINITY);
             }

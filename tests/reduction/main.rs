@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 mod closed_forms;
+mod completeness;
 mod dense_eigen;
 mod dense_oracle;
 mod diagnosis;

@@ -78,7 +78,7 @@ fn nearly_all_modes_are_those_of_dense_algebra(component: &Component, asked: &[u
         assert!(kept >= *asked.min(&available) && kept <= available);
         assert!(quality.broken_limits().is_empty(), "{asked}");
         assert_eq!(
-            (quality.sturm.counted, quality.sturm.found),
+            (quality.mode_count.counted, quality.mode_count.found),
             (6 + kept, 6 + kept)
         );
         let off = relative(&element.modes.eigenvalues, &oracle.eigenvalues[..kept]);

@@ -115,7 +115,7 @@ fn a_root_of_multiplicity_51_is_found_completely() {
             reduced.quality.added_modes,
             (first + 51).saturating_sub(wanted)
         );
-        assert_eq!(reduced.quality.sturm.counted, eigenvalues.len() + 6);
+        assert_eq!(reduced.quality.mode_count.counted, eigenvalues.len() + 6);
         let f = oracle.residual_flexibility(eigenvalues.len());
         let error = scaled_difference(
             &reduced.superelement.residual.flexibility,

@@ -17,6 +17,8 @@ use crate::model::couplings::Solid;
 
 /// Negative eigenvalues of M down to this part of the largest count as zero.
 const ZERO_MASS: f64 = 1e-9;
+/// Part of uᵀ diag(M) u that is looked for as mass of every motion u first: elements with a full mass matrix keep more.
+const MASS_PART: f64 = 1e-4;
 /// The lowest eigenvalue is found between powers of this.
 const STEP: f64 = 10.0;
 
@@ -48,7 +50,8 @@ impl NegativeEigenvalues {
     }
 }
 
-/// Refuses a mass matrix with negative eigenvalues beyond rounding; `factor` is the analysis of K and M.
+/// Refuses a mass matrix with negative eigenvalues beyond rounding; `factor` is the analysis of K and M. Returns the part of uᵀ diag(M) u that is at least mass of
+/// every motion u, where that is known: M - part · diag(M) is positive semi-definite.
 ///
 /// # Errors
 /// [`MatrixRefusal::NegativeMass`] with how many and how large.
@@ -56,21 +59,29 @@ pub(crate) fn refuse_indefinite_mass(
     component: &Component,
     model: &Model,
     factor: &SymmetricFactor,
-) -> Result<(), Error> {
+) -> Result<Option<f64>, Error> {
+    let one_direction = one_direction(component, model);
+    let mass = one_direction.as_ref().map_or(&*model.mass, |of| &of.mass);
+    let own = diagonal_matrix(&diagonal(mass));
+    if factor.inertia_of(mass, &own, MASS_PART)?.negative == 0 {
+        return Ok(Some(MASS_PART));
+    }
     let stiffness = diagonal(&model.stiffness);
     let largest = largest_scaled_row_sum(&model.mass, &stiffness);
     // M + τ diag(K) has the signs of diag(K) + M / τ.
     let shift = |part: f64| -1.0 / (part * largest);
-    if let Some((lift, mass)) = one_direction(component, model, &stiffness)
-        && (factor.inertia_of(&lift, &mass, shift(ZERO_MASS))?).negative == 0
-    {
-        return Ok(());
+    if let Some(of) = one_direction {
+        let lift = diagonal_matrix(&of.least(component, &stiffness));
+        let inertia = factor.inertia_of(&lift, &of.mass, shift(ZERO_MASS))?;
+        if inertia.negative == 0 {
+            return Ok(None);
+        }
     }
     let lift = diagonal_matrix(&stiffness);
     let count = |part: f64| factor.inertia_of(&lift, &model.mass, shift(part));
     let first = count(ZERO_MASS)?;
     if first.negative == 0 {
-        return Ok(());
+        return Ok(None);
     }
     let mut least = ZERO_MASS;
     while least < 1.0 && count(STEP * least)?.negative > 0 {
@@ -87,29 +98,38 @@ pub(crate) fn refuse_indefinite_mass(
     .into())
 }
 
-/// The part of M that belongs to ux, and the least diagonal of K at each node, of a solid, whose M is the same in every direction: if these
-/// make a positive sum, so do all directions. `None` for other parts.
-fn one_direction(
-    component: &Component,
-    model: &Model,
-    stiffness: &[f64],
-) -> Option<(SparseMatrix, SparseMatrix)> {
+/// M of a solid along x; zero elsewhere.
+struct OneDirection {
+    mass: SparseMatrix,
+}
+
+impl OneDirection {
+    /// The least diagonal of K at each node, in its row of ux: if it makes M along x positive, so do all directions.
+    fn least(&self, component: &Component, stiffness: &[f64]) -> Vec<f64> {
+        let mut least = stiffness.to_vec();
+        for (row, dof) in component.dofs.nodal() {
+            if dof.direction == Direction::Ux {
+                for direction in Direction::ALL {
+                    if let Some(other) = component.dofs.row(dof.node, direction) {
+                        least[row] = least[row].min(stiffness[other]);
+                    }
+                }
+            }
+        }
+        least
+    }
+}
+
+/// The part of M that belongs to ux, of a solid, whose M is the same in every direction. `None` for other parts.
+fn one_direction(component: &Component, model: &Model) -> Option<OneDirection> {
     if !model.frames.is_empty() {
         return None;
     }
     Solid::of(component)?;
     let n = model.len();
-    let mut least = stiffness.to_vec();
     let mut is_chosen = vec![false; n];
     for (row, dof) in component.dofs.nodal() {
-        if dof.direction == Direction::Ux {
-            is_chosen[row] = true;
-            for direction in Direction::ALL {
-                if let Some(other) = component.dofs.row(dof.node, direction) {
-                    least[row] = least[row].min(stiffness[other]);
-                }
-            }
-        }
+        is_chosen[row] = dof.direction == Direction::Ux;
     }
     let (mut starts, mut rows, mut values) = (vec![0_u32], Vec::new(), Vec::new());
     for column in 0..n {
@@ -125,7 +145,9 @@ fn one_direction(
         starts.push(rows.len() as u32);
     }
     let pattern = SymbolicSparseColMat::new_checked(n, n, starts, None, rows);
-    Some((diagonal_matrix(&least), SparseMatrix::new(pattern, values)))
+    Some(OneDirection {
+        mass: SparseMatrix::new(pattern, values),
+    })
 }
 
 /// Largest sum of |m_ij| / √(k_ii k_jj) of a row: the largest eigenvalue is not above it, and hardly below.

@@ -1,4 +1,5 @@
-//! The certificate of the modes: how many eigenvalues of (K, M) lie below a limit, counted by the inertia of K - μ M (Sylvester, Sturm).
+//! The certificate of the modes: how many eigenvalues of (K, M) lie below a limit, by the search itself (`crate::modes::completeness`) or counted by
+//! the inertia of K - μ M (Sylvester, Sturm).
 
 use dcb_sparse::factorization::SymmetricFactor;
 use serde::{Deserialize, Serialize};
@@ -8,34 +9,85 @@ use crate::model::condensation::Model;
 use crate::model::rigid_body::RigidBodyModes;
 use crate::modes::free_modes::FreeModes;
 
-/// An eigenvalue count by the inertia of K - μ M.
+/// How it is known that no mode is missing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Proof {
+    /// By the inertia of K - μ M, a factorization of its own.
+    #[default]
+    Inertia,
+    /// By the random start of the search, which would have shown any other but for a chance of 10⁻¹².
+    RandomStart,
+}
+
+/// Which proofs will do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ProofChoice {
+    /// The search's own, and a count where it has none.
+    Any,
+    /// A count.
+    Count,
+}
+
+/// How many eigenvalues there are below a limit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Sturm {
+pub struct ModeCount {
     /// μ, (rad/time)²; absent for a part without elastic motion.
     pub limit: Option<f64>,
-    /// Eigenvalues counted below μ, rigid motions included.
+    /// Eigenvalues below μ, rigid motions included.
     pub counted: usize,
     /// Eigenvalues found below μ, rigid motions included.
     pub found: usize,
+    /// How the first number is known; always by the inertia in files of older versions.
+    #[serde(default)]
+    pub proof: Proof,
 }
 
-impl Sturm {
+impl ModeCount {
+    /// Eigenvalues below the first omitted one, beside those that were found: as the search says, or counted.
+    ///
+    /// # Errors
+    /// Those of counting.
+    pub(crate) fn of(
+        model: &Model,
+        rigid: &RigidBodyModes,
+        modes: &FreeModes,
+        factor: &mut SymmetricFactor,
+        choice: ProofChoice,
+    ) -> Result<Self, Error> {
+        match (choice, modes.complete_below) {
+            (ProofChoice::Any, Some(limit)) => {
+                let found = rigid.count() + modes.count();
+                Ok(Self {
+                    limit: Some(limit),
+                    counted: found,
+                    found,
+                    proof: Proof::RandomStart,
+                })
+            }
+            _ => Self::by_inertia(model, rigid, modes, factor),
+        }
+    }
+
     /// Counts the eigenvalues below the first omitted one, beside those that were found.
     ///
     /// # Errors
     /// Those of counting.
-    pub(crate) fn count(
+    pub(crate) fn by_inertia(
         model: &Model,
         rigid: &RigidBodyModes,
         modes: &FreeModes,
         factor: &mut SymmetricFactor,
     ) -> Result<Self, Error> {
         let found = rigid.count() + modes.count();
+        let proof = Proof::Inertia;
         let Some((limit, room)) = modes.certificate_shift() else {
             return Ok(Self {
                 limit: None,
                 counted: found,
                 found,
+                proof,
             });
         };
         // A zero pivot means that μ met an eigenvalue of some leading block; a slightly different μ in the same gap does not.
@@ -52,6 +104,7 @@ impl Sturm {
             limit: Some(used),
             counted: inertia.negative,
             found,
+            proof,
         })
     }
 }

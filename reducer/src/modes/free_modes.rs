@@ -28,7 +28,7 @@ use crate::resources::basis_size::{BasisSize, block_width};
 /// Ritz pairs, an eigenproblem as large as the basis, are looked at from so many halves of the wanted modes' number of vectors on,
 const WORTH_A_LOOK: usize = 3;
 /// and then after each of these parts of it: many modes would cost as much time for that as for the basis.
-const LOOKS_APART: usize = 16;
+const LOOKS_APART: usize = 24;
 /// Largest ‖K φ - ω² M φ‖ / ‖K φ‖ of an accepted mode, where double precision can tell that much.
 pub const RESIDUAL_TOLERANCE: f64 = 1e-8;
 /// Otherwise the residual may be this many times the rounding in K φ itself, ε ‖|K| |φ|‖ / ‖K φ‖ (slender and thin parts).
@@ -48,11 +48,13 @@ const DEPENDENT: f64 = 1e-6;
 const SHARPENED_AGAIN: usize = 2;
 /// Wanted accuracy of a Ritz vector under S.
 const RITZ_TOLERANCE: f64 = 1e-8;
+/// That of the two beyond the last kept one. Their values, which tell where the spectrum goes on, are accurate to its square.
+const GUARD_TOLERANCE: f64 = 1e-5;
 /// A Ritz vector of this accuracy is as good as rounding allows; sharpening it would gain nothing.
 const SHARP: f64 = 1e-12;
 
 /// Which search a factorization serves.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Search {
     /// Number of lowest modes wanted (more are returned where that would cut a multiple root).
     pub wanted: usize,
@@ -63,6 +65,8 @@ pub struct Search {
     pub copies: usize,
     /// How large the Krylov basis is.
     pub basis: BasisSize,
+    /// Part of uᵀ diag(M) u that at least is mass of every motion u; where that isn't known, a search can't tell that it found all.
+    pub mass_part: Option<f64>,
 }
 
 impl Search {
@@ -73,6 +77,7 @@ impl Search {
             attempt: 0,
             copies: 0,
             basis: BasisSize::Comfortable,
+            mass_part: None,
         }
     }
 }
@@ -109,6 +114,8 @@ pub struct FreeModes {
     pub iterations: usize,
     /// Modes added because the wanted number would have cut a multiple root.
     pub added_for_cluster: usize,
+    /// An eigenvalue below which there are no others, but for a chance of 10⁻¹², if the search itself can tell.
+    pub complete_below: Option<f64>,
 }
 
 impl FreeModes {
@@ -174,11 +181,12 @@ impl FreeModes {
             let without_energy = motions_without_energy(&pairs.eigenvalues, shift);
             let kept = extended_to_gap(&pairs.eigenvalues, elastic.max(without_energy));
             let needed = (kept + 2).min(available);
-            let converged = pairs
-                .residuals
-                .iter()
-                .take(needed)
-                .take_while(|r| **r < tolerance)
+            let wanted_of = |j: usize| match j < kept {
+                true => tolerance,
+                false => tolerance.max(GUARD_TOLERANCE),
+            };
+            let converged = (0..needed)
+                .take_while(|j| pairs.residuals[*j] < wanted_of(*j))
                 .count();
             progress = converged as f64 / (kept + 2) as f64;
             observer.advance(progress)?;
@@ -204,6 +212,13 @@ impl FreeModes {
                 modes = Self::of_subspace(model, known, x, kept, search.wanted, iterations)?;
             }
             if modes.unconverged().count() == 0 {
+                if let (Some(part), Some((limit, _))) =
+                    (search.mass_part, modes.certificate_shift())
+                {
+                    let has_all =
+                        lanczos.has_all_below(&pairs, kept, limit, modes.rounding(), part);
+                    modes.complete_below = has_all.then_some(limit);
+                }
                 return Ok(modes);
             }
             if lanczos.is_exhausted() {
@@ -289,12 +304,21 @@ impl FreeModes {
             first_omitted,
             iterations,
             added_for_cluster: kept.saturating_sub(wanted.max(zero_count)),
+            complete_below: None,
         })
     }
 
     /// n_k.
     pub fn count(&self) -> usize {
         self.eigenvalues.len()
+    }
+
+    /// The most that rounding in K adds to one of their ω², 1/time².
+    fn rounding(&self) -> f64 {
+        let pairs = self.eigenvalue_roundings.iter().zip(&self.eigenvalues);
+        pairs
+            .map(|(relative, value)| relative * value)
+            .fold(0.0, f64::max)
     }
 
     /// Modes whose residual is above both limits.

@@ -15,10 +15,14 @@ use dcb_sparse::block_algebra::{
 use dcb_sparse::factorization::PositiveFactor;
 use dcb_sparse::krylov_basis::KrylovBasis;
 use faer::{Mat, MatRef};
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64;
+use rand_pcg::rand_core::SeedableRng;
 
 use crate::error::Error;
 use crate::model::condensation::Model;
 use crate::model::rigid_body::RigidBodyModes;
+use crate::modes::completeness::{CHANCE, KrylovSpace};
 use crate::modes::orthonormal_block::orthonormalize;
 
 /// A new direction whose M norm has fallen below this fraction of the block's before orthogonalisation is dropped.
@@ -40,6 +44,8 @@ pub struct RitzPairs {
     pub residuals: Vec<f64>,
     /// Coefficients over the basis, (basis, pairs).
     coefficients: Mat<f64>,
+    /// What S makes of each pair's vector beyond θ times it, in the next block, (next block, pairs).
+    leaving: Mat<f64>,
 }
 
 /// A Krylov basis that grows block by block.
@@ -64,7 +70,9 @@ pub struct Lanczos<'a> {
     /// Coupling of the next block to the last `S V` block, (width, columns of that block), and where that block stood.
     coupling: Mat<f64>,
     coupled_at: usize,
-    random_state: u64,
+    random: Pcg64,
+    /// R, the start block over the first block of the basis, as long as one Krylov space of all its columns is what the basis spans.
+    start: Option<Mat<f64>>,
     block_width: usize,
     exhausted: bool,
 }
@@ -110,11 +118,14 @@ impl<'a> Lanczos<'a> {
             defect_is_known: true,
             coupling: Mat::zeros(0, 0),
             coupled_at: 0,
-            random_state: seed,
+            random: Pcg64::seed_from_u64(seed),
+            start: None,
             block_width,
             exhausted: false,
         };
-        lanczos.inject_random_block()?;
+        let start = lanczos.inject_random_block()?;
+        let is_whole = start.nrows() == block_width && start.ncols() == block_width;
+        lanczos.start = is_whole.then_some(start);
         Ok(lanczos)
     }
 
@@ -187,6 +198,9 @@ impl<'a> Lanczos<'a> {
             }
         }
         self.coupled_at = first;
+        if next.vectors.ncols() < width {
+            self.start = None;
+        }
         self.accept_block(next);
         if self.width == 0 {
             self.inject_random_block()?;
@@ -226,23 +240,29 @@ impl<'a> Lanczos<'a> {
         amounts
     }
 
-    /// Continues with a fresh pseudo-random block, orthogonal to everything so far: finds what the Krylov space missed.
+    /// Continues with the images of fresh pseudo-random motions, orthogonal to everything so far: finds what the Krylov space missed. Returns what these images are
+    /// over the new block, as far as they are not of the basis before.
+    ///
+    /// The motions are normal, divided by √diag(M), without rigid parts: what [`Completeness`](crate::modes::completeness) is based on.
     ///
     /// # Errors
     /// As [`Lanczos::start`].
-    pub fn inject_random_block(&mut self) -> Result<(), Error> {
+    pub fn inject_random_block(&mut self) -> Result<Mat<f64>, Error> {
         let width = self
             .block_width
             .min(self.basis.capacity().saturating_sub(self.filled));
-        let state = &mut self.random_state;
-        let random = Mat::from_fn(self.model.len(), width, |_, _| {
-            *state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1_442_695_040_888_963_407);
-            (*state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-        });
-        let mass_random = symmetric_product(&self.model.mass, random.as_ref());
-        let mut image = self.apply(mass_random)?;
+        let mut motions = Mat::zeros(self.model.len(), width);
+        for column in motions.col_iter_mut() {
+            for (x, mass) in column.iter_mut().zip(&self.mass_diagonal) {
+                let normal: f64 = StandardNormal.sample(&mut self.random);
+                if *mass > 0.0 {
+                    *x = normal / mass.sqrt();
+                }
+            }
+        }
+        self.rigid.project_out(&mut motions);
+        let inertia = symmetric_product(&self.model.mass, motions.as_ref());
+        let mut image = self.apply(inertia)?;
         let mut mass_image = symmetric_product(&self.model.mass, image.as_ref());
         let before = column_dots(image.as_ref(), mass_image.as_ref());
         for _ in 0..2 {
@@ -250,10 +270,10 @@ impl<'a> Lanczos<'a> {
         }
         let mut next = self.orthonormalized(image, mass_image, &before)?;
         // A random block is coupled to nothing before it.
-        next.coupling = Mat::zeros(next.vectors.ncols(), 0);
+        let made_of = std::mem::replace(&mut next.coupling, Mat::zeros(next.vectors.ncols(), 0));
         self.exhausted = next.vectors.ncols() == 0;
         self.accept_block(next);
-        Ok(())
+        Ok(made_of)
     }
 
     fn accept_block(&mut self, next: NextBlock) {
@@ -378,7 +398,40 @@ impl<'a> Lanczos<'a> {
                 .map(|(j, i)| leaving.col(j).norm_l2() / theta[*i])
                 .collect(),
             coefficients,
+            leaving,
         })
+    }
+
+    /// Whether S has no other eigenvalue from 1/(λ + σ) on, λ the `limit`, than the `found` best Ritz values, but for a chance of 10⁻¹². `rounding` is what
+    /// rounding in K adds to an eigenvalue λ, `mass_part` the least part of uᵀ diag(M) u that is mass. False where that can't be told.
+    pub fn has_all_below(
+        &self,
+        pairs: &RitzPairs,
+        found: usize,
+        limit: f64,
+        rounding: f64,
+        mass_part: f64,
+    ) -> bool {
+        let Some(start) = &self.start else {
+            return false;
+        };
+        if pairs.eigenvalues.len() < self.filled {
+            return false;
+        }
+        let inverse = |lambda: f64| 1.0 / (lambda + self.shift);
+        let values: Vec<f64> = pairs.eigenvalues.iter().map(|l| inverse(*l)).collect();
+        let first = pairs.coefficients.as_ref().subrows(0, start.nrows());
+        let shares = start.transpose() * first;
+        let space = KrylovSpace {
+            values: &values,
+            start: shares.as_ref(),
+            leaving: pairs.leaving.as_ref(),
+            dofs: self.model.len(),
+            chance: CHANCE,
+            mass_part,
+            rounding,
+        };
+        space.has_all(found, inverse(limit))
     }
 
     /// Whether a Ritz value can't be told from that of a motion without stiffness before its vector is sharpened.
@@ -413,6 +466,7 @@ impl<'a> Lanczos<'a> {
         self.filled = count;
         self.defect.fill(0.0);
         self.defect_is_known = false;
+        self.start = None;
     }
 
     /// One step of inverse iteration on any block: `(K + σ M)⁻¹ M x` without its rigid part, with M times the result.

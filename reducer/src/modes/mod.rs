@@ -1,6 +1,9 @@
 //! Free-free modes, and the count that certifies that none is missing.
 
 pub(crate) mod certificate;
+mod completeness;
+#[cfg(test)]
+mod completeness_tests;
 pub mod free_modes;
 pub(crate) mod lanczos;
 #[cfg(test)]

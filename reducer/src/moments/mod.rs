@@ -23,7 +23,7 @@ use crate::attachments::enrichment::Reducing;
 use crate::error::Error;
 use crate::model::condensation::CowMat;
 use crate::model::shift::EnergyBound;
-use crate::modes::certificate::Sturm;
+use crate::modes::certificate::ModeCount;
 use crate::modes::free_modes::FreeModes;
 use crate::observer::Observer;
 
@@ -85,9 +85,9 @@ impl PowerMoments {
         })
     }
 
-    /// With what an eigenvalue count says of the modes.
-    pub fn certified(self, modes: &FreeModes, sturm: Sturm) -> Moments {
-        let eigenvalue_bound = match sturm.limit {
+    /// With what is known of the number of modes.
+    pub fn certified(self, modes: &FreeModes, mode_count: ModeCount) -> Moments {
+        let eigenvalue_bound = match mode_count.limit {
             Some(limit) if modes.first_omitted.is_finite() => limit,
             _ => f64::INFINITY,
         };

@@ -1,5 +1,5 @@
 //! The basis of a reduction from one factorization: free-free modes Φ, attachments G_res L_bᵀ, further columns X, and the moments of
-//! what they leave out. It is searched for again, more widely or with a more accurate factor, until an eigenvalue count finds no mode missing.
+//! what they leave out. It is searched for again, more widely or with a more accurate factor, until no mode is missing.
 
 use dcb_formats::superelement::Moments;
 use dcb_sparse::factorization::{PositiveFactor, SymmetricFactor, Unfactorized};
@@ -12,7 +12,7 @@ use crate::attachments::residual::ResidualFlexibility;
 use crate::error::Error;
 use crate::mode_selection::ModeSelection;
 use crate::model::regularization::Regularization;
-use crate::modes::certificate::Sturm;
+use crate::modes::certificate::ModeCount;
 use crate::modes::free_modes::{FreeModes, KnownMotions, Search};
 use crate::moments::PowerMoments;
 use crate::observer::{Observer, Stage};
@@ -22,7 +22,7 @@ use crate::pipeline::memory_plan::MemoryPlan;
 use crate::pipeline::reduction::Reduction;
 use crate::resources::forecast::EstimateChoice;
 
-/// Searches made, each wider than the one before, until the eigenvalue count agrees.
+/// Searches made, each wider than the one before, until none is missing.
 const ATTEMPTS: usize = 3;
 
 /// The columns Ψ = [Φ, G_res L_bᵀ, X].
@@ -35,7 +35,7 @@ pub(crate) struct Basis {
     pub missing_moments: Option<String>,
     /// What the modes leave out of each field's stress rows.
     pub omitted_stress: Option<Vec<Vec<f64>>>,
-    pub sturm: Sturm,
+    pub mode_count: ModeCount,
 }
 
 impl Basis {
@@ -119,6 +119,7 @@ impl<'a> BasisSearch<'a> {
                 attempt,
                 copies,
                 basis: room.basis,
+                mass_part: self.body.mass_part,
             };
             let shift = regularization.shift();
             let modes = self.modes(&positive, shift, &loose, search, observer);
@@ -142,19 +143,19 @@ impl<'a> BasisSearch<'a> {
             let (modes, columns) = found?;
             observer.enter(Stage::Certificate)?;
             factor.release();
-            let sturm = Sturm::count(model, rigid, &modes, factor)?;
-            if sturm.counted == sturm.found {
-                return Ok(columns.certified(modes, sturm));
+            let mode_count = ModeCount::of(model, rigid, &modes, factor, self.options.proof)?;
+            if mode_count.counted == mode_count.found {
+                return Ok(columns.certified(modes, mode_count));
             }
-            let missed = sturm.counted.saturating_sub(sturm.found);
+            let missed = mode_count.counted.saturating_sub(mode_count.found);
             copies = copies.max(modes.largest_multiplicity() + missed);
-            last_count = Some(sturm);
+            last_count = Some(mode_count);
             attempt += 1;
         }
         Err(Error::ModesMissed {
-            found: last_count.map_or(0, |sturm| sturm.found),
-            counted: last_count.map_or(0, |sturm| sturm.counted),
-            limit: last_count.and_then(|sturm| sturm.limit).unwrap_or(0.0),
+            found: last_count.map_or(0, |last| last.found),
+            counted: last_count.map_or(0, |last| last.counted),
+            limit: last_count.and_then(|last| last.limit).unwrap_or(0.0),
         })
     }
 
@@ -292,10 +293,10 @@ impl<'a> BasisSearch<'a> {
 }
 
 impl Columns {
-    fn certified(self, modes: FreeModes, sturm: Sturm) -> Basis {
+    fn certified(self, modes: FreeModes, mode_count: ModeCount) -> Basis {
         let (moments, missing_moments) = match self.moments {
             Ok(moments) => (
-                moments.map(|moments| moments.certified(&modes, sturm)),
+                moments.map(|moments| moments.certified(&modes, mode_count)),
                 None,
             ),
             Err(why) => (None, Some(why)),
@@ -307,7 +308,7 @@ impl Columns {
             moments,
             missing_moments,
             omitted_stress: self.omitted_stress,
-            sturm,
+            mode_count,
         }
     }
 }

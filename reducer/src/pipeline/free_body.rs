@@ -29,6 +29,8 @@ pub(crate) struct FreeBody<'a> {
     /// Rigid motions; none of a body that is held.
     pub rigid: RigidBodyModes,
     pub support: Support,
+    /// Part of uᵀ diag(M) u that at least is mass of every motion u, where that is known.
+    pub mass_part: Option<f64>,
 }
 
 /// Properties of a body from K before it is factorized.
@@ -60,6 +62,7 @@ impl<'a> FreeBody<'a> {
             localization,
             rigid,
             support: Support::Free,
+            mass_part: None,
         })
     }
 
@@ -110,7 +113,7 @@ impl<'a> FreeBody<'a> {
         factor: &mut SymmetricFactor,
         options: &Reduction,
     ) -> Result<Option<String>, Error> {
-        refuse_indefinite_mass(self.component, &self.model, factor)?;
+        self.mass_part = refuse_indefinite_mass(self.component, &self.model, factor)?;
         let (support, warning) = support(self, spectrum, factor, options.grounding)?;
         self.stand(support);
         match options.loose_pieces {

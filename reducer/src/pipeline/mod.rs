@@ -92,7 +92,7 @@ pub fn reduce_whole(
     // K times the rigid motions is zero, or the part is held.
     warnings.stiffness = body.settle(&spectrum, &mut factor, options)?;
 
-    // One factor of K + σ M: Φ, G_res L_bᵀ, X, and the inertia of K - μ M as certificate.
+    // One factor of K + σ M: Φ, G_res L_bᵀ, X, and the proof that no mode is missing.
     let search = BasisSearch::new(&body, &spectrum, &memory, options);
     let mut basis = search.certified(&mut factor, observer)?;
     let work = Work::of(&body.model, &factor, &basis.modes, &basis.residual)?;

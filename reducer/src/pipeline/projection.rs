@@ -87,10 +87,10 @@ impl Projection {
         defects: &StiffnessDefects,
     ) -> Quality {
         let of = body.with(&basis.modes, &basis.residual);
-        let (further, sturm) = (basis.further.as_ref(), basis.sturm);
+        let (further, mode_count) = (basis.further.as_ref(), basis.mode_count);
         Quality {
             couplings: Some(self.couplings),
-            ..Quality::of(&of, &defects.per_column, further, &self.inertia, sturm)
+            ..Quality::of(&of, &defects.per_column, further, &self.inertia, mode_count)
         }
     }
 }

@@ -12,6 +12,7 @@ use serde_json::Value;
 use crate::attachments::enrichment_source::EnrichmentSource;
 use crate::attachments::interface_reduction::InterfaceModes;
 use crate::mode_selection::ModeSelection;
+use crate::modes::certificate::ProofChoice;
 use crate::pipeline::diagnosis::{Grounding, LoosePieces};
 use crate::resources::forecast::EstimateChoice;
 use crate::resources::memory_limit::{FactorChoice, MemoryLimit};
@@ -56,6 +57,14 @@ pub struct Reduction {
     #[serde(rename = "allow_loose", with = "as_flag")]
     #[schemars(with = "bool")]
     pub loose_pieces: LoosePieces,
+    /// Prove by a Sturm sequence check that no mode is missing.
+    ///
+    /// A second factorization counts the eigenvalues. Without it the search proves by its random start that it missed none, but for a chance of 1e-12; they are
+    /// counted where it can't.
+    #[arg(id = "sturm_check", long = "sturm-check", action = ArgAction::SetTrue, value_parser = flag::<ProofChoice>())]
+    #[serde(rename = "sturm_check", with = "as_flag")]
+    #[schemars(with = "bool")]
+    pub proof: ProofChoice,
     /// How much memory may be taken, and where the factor is kept.
     #[arg(skip)]
     #[serde(skip)]
@@ -72,6 +81,7 @@ impl Default for Reduction {
             estimate: EstimateChoice::Computed,
             grounding: Grounding::Refuse,
             loose_pieces: LoosePieces::Refuse,
+            proof: ProofChoice::Any,
             memory: MemoryLimit::default(),
         }
     }
@@ -151,4 +161,5 @@ flags! {
     EstimateChoice: Computed or LeftOut;
     Grounding: Refuse or Allow;
     LoosePieces: Refuse or Allow;
+    ProofChoice: Any or Count;
 }

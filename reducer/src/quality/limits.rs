@@ -72,10 +72,10 @@ impl Quality {
         };
         let mut broken = Vec::from_iter(self.refused_modes());
         broken.extend(defects.iter().filter_map(above));
-        if self.sturm.counted != self.sturm.found {
+        if self.mode_count.counted != self.mode_count.found {
             broken.push(BrokenLimit::Count {
-                counted: self.sturm.counted,
-                computed: self.sturm.found,
+                counted: self.mode_count.counted,
+                computed: self.mode_count.found,
             });
         }
         broken

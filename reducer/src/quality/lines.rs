@@ -7,6 +7,7 @@ use dcb_formats::units::{hertz_unit, si_factor};
 
 use super::Quality;
 use crate::attachments::interface_reduction::InterfaceReduction;
+use crate::modes::certificate::{ModeCount, Proof};
 use crate::scientific::scientific;
 
 /// The quality report for people; `time` is the part's unit of it.
@@ -50,16 +51,24 @@ pub fn quality_lines(quality: &Quality, time: &str) -> String {
     if let Some(reduction) = &quality.interface_reduction {
         text += &interface_lines(reduction, time);
     }
-    let sturm = match quality.sturm.limit {
-        Some(limit) => format!(
-            "{} eigenvalues counted below {}, {} found",
-            quality.sturm.counted,
+    let ModeCount {
+        limit,
+        counted,
+        found,
+        proof,
+    } = quality.mode_count;
+    let complete = match (limit, proof) {
+        (Some(limit), Proof::Inertia) => format!(
+            "{counted} eigenvalues counted below {}, {found} found (Sturm sequence check)",
             scientific(limit, 6),
-            quality.sturm.found
         ),
-        None => "no elastic motion to count".into(),
+        (Some(limit), Proof::RandomStart) => format!(
+            "{found} eigenvalues below {}, all found: proven by the search's random start, chance of error below 1e-12",
+            scientific(limit, 6),
+        ),
+        (None, _) => "no elastic motion to count".into(),
     };
-    let _ = writeln!(text, "  {:<46} {sturm}", "Sturm count");
+    let _ = writeln!(text, "  {:<46} {complete}", "no mode missing");
     let _ = writeln!(
         text,
         "  {:<46} {} from geometry, {} by the count",

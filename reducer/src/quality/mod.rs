@@ -17,7 +17,7 @@ use self::identities::{Identities, basis_norms};
 use self::scene_fit::SceneFit;
 use crate::attachments::enrichment::{FurtherColumns, Reducing};
 use crate::attachments::interface_reduction::InterfaceReduction;
-use crate::modes::certificate::Sturm;
+use crate::modes::certificate::ModeCount;
 
 /// Limit of the orthogonality defects (Eq. 29–32, 39–40).
 pub const ORTHOGONALITY_LIMIT: f64 = 1e-8;
@@ -55,8 +55,9 @@ pub struct Quality {
     pub rigid_defects: Vec<f64>,
     /// Relative disagreement of the mass matrix's directions.
     pub mass_defect: f64,
-    /// The eigenvalue count that certifies completeness.
-    pub sturm: Sturm,
+    /// How many modes there are, and how that is known; `sturm` in files of older versions.
+    #[serde(alias = "sturm")]
+    pub mode_count: ModeCount,
     /// Number of attachment coordinates in the transform.
     pub residual_rank: usize,
     /// Directions kept statically only.
@@ -158,7 +159,7 @@ impl Quality {
         rigid_defects: &[f64],
         further: Option<&FurtherColumns>,
         inertia: &Inertia,
-        sturm: Sturm,
+        mode_count: ModeCount,
     ) -> Self {
         let Reducing {
             model,
@@ -195,7 +196,7 @@ impl Quality {
             i3_norm: if rigid.count() > 0 { i3_norm } else { 0.0 },
             rigid_defects: rigid_defects.to_vec(),
             mass_defect: properties.defect,
-            sturm,
+            mode_count,
             residual_rank: residual.rank(),
             static_directions: residual.static_directions,
             added_modes: modes.added_for_cluster,
@@ -204,7 +205,7 @@ impl Quality {
             interface_reduction: residual.interface_reduction.clone(),
             enrichment: further.map(EnrichmentQuality::of),
             rigid_motions: rigid.count(),
-            nullity: sturm
+            nullity: mode_count
                 .counted
                 .saturating_sub(modes.count() - modes.zero_count),
             zero_modes: modes.zero_count,

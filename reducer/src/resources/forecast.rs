@@ -29,6 +29,8 @@ const WORKING_BLOCKS: f64 = 11.0;
 const SOLVE_BLOCK: usize = 16;
 /// Preconditioned iterations of the attachment columns.
 const ATTACHMENT_ITERATIONS: f64 = 2.0;
+/// Factorizations: that of K, and those of parts of M that show whether it is positive.
+const FACTORIZATIONS: f64 = 1.1;
 /// Share of a dense product's speed that a factorization reaches.
 const FACTOR_EFFICIENCY: f64 = 0.7;
 /// Share that a solution with the factor reaches.
@@ -221,7 +223,7 @@ impl Forecast {
             + (modes / SOLVE_BLOCK as f64).ceil() * solution(SOLVE_BLOCK);
         let width = modes + attached;
         let invariants = 12.0 * self.dofs as f64 * width * width / speed.flops;
-        2.1 * factorization
+        FACTORIZATIONS * factorization
             + modes_time
             + attachments
             + estimate

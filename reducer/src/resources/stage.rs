@@ -17,7 +17,7 @@ pub enum Stage {
     Estimate,
     /// Inertia invariants.
     Invariants,
-    /// Sturm count.
+    /// Count of eigenvalues, where the search has no proof that it found all.
     Certificate,
     /// Orthogonality defects and the like.
     Quality,

@@ -81,6 +81,7 @@ pub fn check(
                 localization,
                 rigid,
                 support: Support::Free,
+                mass_part: None,
             };
             return check_fields(element, basis, body, findings);
         }

@@ -16,7 +16,7 @@ use crate::error::Error;
 use crate::inertia::invariants::inertia_invariants;
 use crate::model::regularization::Regularization;
 use crate::model::shift::AbsoluteForces;
-use crate::modes::certificate::Sturm;
+use crate::modes::certificate::ModeCount;
 use crate::modes::free_modes::{FreeModes, residuals};
 use crate::moments::PowerMoments;
 use crate::pipeline::diagnosis::{Support, unfactorized};
@@ -60,8 +60,8 @@ pub(crate) fn check_fields(
     stored.check_rigid_interfaces(findings);
     let mut factor = SymmetricFactor::analyse(&model.stiffness, &model.mass, &model.points())?;
     let (residual, moments) = stored.residual(&mut factor, findings)?;
-    let sturm = Sturm::count(model, &body.rigid, &stored.modes, &mut factor)?;
-    stored.check_projections(&residual, sturm, moments, findings)
+    let mode_count = ModeCount::by_inertia(model, &body.rigid, &stored.modes, &mut factor)?;
+    stored.check_projections(&residual, mode_count, moments, findings)
 }
 
 /// Nodal shapes of a file over the model of the component.
@@ -112,6 +112,7 @@ fn stored_modes(element: &Superelement, basis: &RecoveryBasis, body: &FreeBody<'
         first_omitted: element.modes.first_omitted_eigenvalue,
         iterations: 0,
         added_for_cluster: 0,
+        complete_below: None,
     }
 }
 
@@ -194,7 +195,7 @@ impl Stored<'_> {
     fn check_projections(
         &self,
         residual: &ResidualFlexibility,
-        sturm: Sturm,
+        mode_count: ModeCount,
         moments: Option<PowerMoments>,
         findings: &mut Findings,
     ) -> Result<(), Error> {
@@ -216,17 +217,17 @@ impl Stored<'_> {
         check_loads(element, &psi, &of, findings);
         check_stresses(element, &psi, &of, findings);
         if let (Some(stored), Some(computed)) = (&element.moments, moments) {
-            let certified = sturm.counted == sturm.found;
+            let certified = mode_count.counted == mode_count.found;
             check_moments(
                 element,
                 stored,
-                &computed.certified(modes, sturm),
+                &computed.certified(modes, mode_count),
                 certified,
                 findings,
             );
         }
         let defects = &self.spectrum.defects.per_column;
-        let quality = Quality::of(&of, defects, None, &inertia, sturm);
+        let quality = Quality::of(&of, defects, None, &inertia, mode_count);
         findings.text += &quality_lines(&quality, &self.body.component.units.time);
         let broken = quality.broken_limits();
         findings.require(

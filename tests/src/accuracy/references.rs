@@ -53,7 +53,7 @@ pub fn published_rotor() -> Vec<Value> {
     let dense = numbers(&expected["freq_first10_elastic"]);
     let (pair, pair_dense, next, next_dense) =
         (&hertz[..2], &dense[..2], &hertz[2..10], &dense[2..10]);
-    let confirmed = reduced.quality.sturm.counted - element.mode_count();
+    let confirmed = reduced.quality.mode_count.counted - element.mode_count();
     let defect = reduced
         .quality
         .rigid_defects

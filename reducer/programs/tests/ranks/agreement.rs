@@ -51,7 +51,10 @@ fn compared(component: &Component, options: &Reduction) -> Reduced {
     let [two, four] = [2, 4].map(|ranks| on_ranks(component, options, ranks));
     for (ranks, other) in [(2, &two), (4, &four)] {
         assert_eq!(other.quality.broken_limits(), Vec::new());
-        assert_eq!(other.quality.sturm.found, other.quality.sturm.counted);
+        assert_eq!(
+            other.quality.mode_count.found,
+            other.quality.mode_count.counted
+        );
         let mut differences = vec![
             ("eigenvalues", eigenvalue_difference(&here, other)),
             ("shapes", space_difference(component, &here, other)),

@@ -32,8 +32,8 @@ fn json_has_what_the_reduction_found() {
     assert_eq!(found["has_fields"], true);
     assert_eq!(found["warnings"], json!([]));
     assert_eq!(
-        found["quality"]["sturm"]["counted"],
-        found["quality"]["sturm"]["found"]
+        found["quality"]["mode_count"]["counted"],
+        found["quality"]["mode_count"]["found"]
     );
 }
 

@@ -1,7 +1,7 @@
 //! Which columns make a front: those with the same rows below, and small neighbours in the tree where the zeros that this stores
 //! cost less than the handling of many small fronts.
 
-use super::elimination_tree::{NONE, OrderedGraph, children_of};
+use crate::ordering::elimination_tree::{NONE, OrderedGraph, children_of};
 
 /// Largest share of stored zeros in a front of up to so many columns.
 const ZEROS_ALLOWED: [(u64, f64); 4] = [(8, 1.0), (32, 0.6), (96, 0.12), (u64::MAX, 0.04)];

@@ -10,7 +10,6 @@ mod amalgamation;
 mod counting;
 mod dense;
 mod elimination;
-mod elimination_tree;
 mod fronts;
 mod kernels;
 mod solve;

@@ -4,8 +4,8 @@ use dcb_samples::PseudoRandom;
 use faer::sparse::Triplet;
 use faer::{Mat, Side};
 
-use super::elimination_tree::{OrderedGraph, children_of, postorder};
 use super::*;
+use crate::ordering::elimination_tree::{OrderedGraph, children_of, postorder};
 use crate::ordering::{QuotientGraph, nested_dissection};
 
 /// A connected random graph of `points` points with `width` dofs each; diagonally dominant if `excess` is positive.

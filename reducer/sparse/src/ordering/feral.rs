@@ -4,8 +4,8 @@ use feral_metis::{CscPattern, MetisOptions, metis_order_full};
 
 use super::QuotientGraph;
 
-/// Elimination order of the vertices, all weighted alike; `None` if the graph is beyond 32-bit indices.
-pub(super) fn dissect(graph: &QuotientGraph) -> Option<Vec<u32>> {
+/// Elimination order of the vertices, all weighted alike, with one separator at each bisection; `None` if the graph is beyond 32-bit indices.
+pub(super) fn dissect(graph: &QuotientGraph, _: &[u32], _: u32) -> Option<Vec<u32>> {
     i32::try_from(graph.all_neighbours().len()).ok()?;
     let starts: Vec<i32> = graph.starts().iter().map(|start| *start as i32).collect();
     let neighbours: Vec<i32> = graph.all_neighbours().iter().map(|v| *v as i32).collect();

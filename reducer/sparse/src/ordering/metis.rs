@@ -12,14 +12,13 @@ static METIS: Mutex<()> = Mutex::new(());
 /// scatter, a quarter slower.
 const IMBALANCE: i32 = 70;
 
-/// Elimination order of the vertices; `None` if METIS can't (indices beyond 32 bits, out of memory).
-pub(super) fn dissect(graph: &QuotientGraph) -> Option<Vec<u32>> {
+/// Elimination order of the vertices, each counted by its weight, with the best of some separators at each bisection; `None` if METIS can't (indices beyond 32 bits, out of memory).
+pub(super) fn dissect(graph: &QuotientGraph, weights: &[u32], separators: u32) -> Option<Vec<u32>> {
     let mut vertex_count = i32::try_from(graph.vertex_count()).ok()?;
     i32::try_from(graph.all_neighbours().len()).ok()?;
     let mut starts: Vec<i32> = graph.starts().iter().map(|start| *start as i32).collect();
     let mut neighbours: Vec<i32> = graph.all_neighbours().iter().map(|v| *v as i32).collect();
-    let vertices = 0..graph.vertex_count() as u32;
-    let mut weights: Vec<i32> = vertices.map(|v| graph.weight(v) as i32).collect();
+    let mut weights: Vec<i32> = weights.iter().map(|weight| *weight as i32).collect();
     let mut order = vec![0_i32; graph.vertex_count()];
     let mut inverse = vec![0_i32; graph.vertex_count()];
     let mut options = [0_i32; metis_sys::METIS_NOPTIONS as usize];
@@ -30,6 +29,7 @@ pub(super) fn dissect(graph: &QuotientGraph) -> Option<Vec<u32>> {
     let status = unsafe {
         metis_sys::METIS_SetDefaultOptions(options.as_mut_ptr());
         options[metis_sys::moptions_et_METIS_OPTION_UFACTOR as usize] = IMBALANCE;
+        options[metis_sys::moptions_et_METIS_OPTION_NSEPS as usize] = separators as i32;
         metis_sys::METIS_NodeND(
             &mut vertex_count,
             starts.as_mut_ptr(),

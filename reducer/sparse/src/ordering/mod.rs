@@ -2,11 +2,14 @@
 //!
 //! The dofs of a node have nearly the same neighbours, so the graph of nodes has the same separators as the graph of
 //! dofs at a ninth of the size, and a node's dofs stay together in one supernode. Where the dof table says nothing about
-//! nodes, dofs with the same neighbours are found from the pattern ([`QuotientGraph::of_points`]).
+//! nodes, dofs with the same neighbours are found from the pattern ([`QuotientGraph::of_points`]). Midside nodes are left out of the
+//! dissection and put where their corners are (`dominated`).
 //!
 //! The dissection is METIS' (feature `metis`, a C library built with this crate) or, without that feature, that of
 //! `feral-metis` (feature `pure-rust-ordering`). Vertices with very many neighbours are kept out of it and come last.
 
+mod dominated;
+pub(crate) mod elimination_tree;
 mod quotient;
 mod supervariables;
 
@@ -24,6 +27,7 @@ use feral as dissection;
 #[cfg(feature = "metis")]
 use metis as dissection;
 
+use dominated::Dominated;
 pub use quotient::QuotientGraph;
 
 #[cfg(not(any(feature = "metis", feature = "pure-rust-ordering")))]
@@ -32,6 +36,9 @@ compile_error!("dcb-sparse needs an ordering: feature \"metis\" or \"pure-rust-o
 /// A vertex with more than this many times the square root of the number of vertices as neighbours is eliminated last;
 /// the factor of AMD and CHOLMOD.
 const DENSE: f64 = 10.0;
+
+/// Separators of which the best is taken where the graph is small beside the part: they take less time than they save.
+const SEPARATORS_TRIED: u32 = 4;
 
 /// Components below this number of vertices are dissected together.
 const SMALL_COMPONENT: usize = 200;
@@ -114,15 +121,31 @@ fn components(graph: &QuotientGraph) -> Vec<Vec<u32>> {
     components
 }
 
-/// Nested dissection of all vertices by the library built in.
+/// Nested dissection of all vertices: of those that no neighbour dominates, if there are enough others.
 fn dissect(graph: &QuotientGraph) -> Vec<u32> {
+    match Dominated::of(graph) {
+        Some(dominated) => {
+            let among_kept = graph.induced(&dominated.kept);
+            let order = by_library(&among_kept, &dominated.weights(), SEPARATORS_TRIED);
+            dominated.inserted(&among_kept, &order)
+        }
+        None => {
+            let vertices = 0..graph.vertex_count() as u32;
+            let weights: Vec<u32> = vertices.map(|v| graph.weight(v)).collect();
+            by_library(graph, &weights, 1)
+        }
+    }
+}
+
+/// Nested dissection by the library built in, of vertices that count by their weights, with the best of so many separators.
+fn by_library(graph: &QuotientGraph, weights: &[u32], separators: u32) -> Vec<u32> {
     let natural = || (0..graph.vertex_count() as u32).collect();
     // There must be an edge to have something to dissect.
     if graph.vertex_count() < 3 || graph.all_neighbours().is_empty() {
         return natural();
     }
     // Any order is a correct order: if the library refuses (out of memory), the natural one still factorizes.
-    dissection::dissect(graph).unwrap_or_else(natural)
+    dissection::dissect(graph, weights, separators).unwrap_or_else(natural)
 }
 
 #[cfg(test)]

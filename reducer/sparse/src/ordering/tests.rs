@@ -282,7 +282,7 @@ fn the_dissection_in_rust_alone_fills_little_more() {
     for element in [SolidElement::Tetra10, SolidElement::Hexahedron20] {
         let (stiffness, mass, nodes) = solid(element);
         let graph = QuotientGraph::of_points(&[&stiffness, &mass], &nodes);
-        let order = feral::dissect(&graph).unwrap();
+        let order = feral::dissect(&graph, &[], 1).unwrap();
         assert_permutation(&order, graph.vertex_count());
         let [alone, built_in] =
             [order, nested_dissection(&graph)].map(|order| Fill::of(&graph, &order).flops);
@@ -291,5 +291,65 @@ fn the_dissection_in_rust_alone_fills_little_more() {
             alone < 1.3 * built_in,
             "{element:?}: {alone:e} {built_in:e}"
         );
+    }
+}
+
+/// The graph of the nodes of a block of elements, and those that are first in an element, its corners.
+fn quadratic(element: SolidElement, cells: [usize; 3]) -> (QuotientGraph, BTreeSet<u32>) {
+    let size = [0.6, 0.5, 0.05];
+    let block = box_block(cells, size, element, &Material::STEEL).into_draft();
+    let nodes: Vec<u32> = block.dofs.nodal_dofs().iter().map(|dof| dof.node).collect();
+    let graph = QuotientGraph::of_points(&[&block.stiffness, &block.mass], &nodes);
+    let corners = block.mesh.cells.iter().flat_map(|block| {
+        let elements = block.nodes.chunks(block.nodes_per_cell);
+        elements.flat_map(|nodes| nodes[..4].iter().copied())
+    });
+    (graph, corners.collect())
+}
+
+#[test]
+fn midside_nodes_of_tetrahedra_are_dominated_by_their_corners() {
+    let (graph, corners) = quadratic(SolidElement::Tetra10, [6, 5, 4]);
+    let dominated = Dominated::of(&graph).unwrap();
+    let kept: BTreeSet<u32> = dominated.kept.iter().copied().collect();
+    let midside = kept.difference(&corners).count();
+    println!(
+        "{} corners, kept {} and {midside} others",
+        corners.len(),
+        kept.len()
+    );
+    assert!(kept.len() as f64 > 0.7 * corners.len() as f64);
+    assert!((midside as f64) < 0.1 * corners.len() as f64);
+    let weights: u32 = dominated.weights().iter().sum();
+    let dofs = 2 * graph.dof_count() as u32;
+    assert!(weights <= dofs && f64::from(weights) > 0.95 * f64::from(dofs));
+    // Of hexahedra, whose nodes on an edge see more than half of what its ends see, all nodes are dissected.
+    for element in [SolidElement::Hexahedron, SolidElement::Hexahedron20] {
+        assert!(Dominated::of(&quadratic(element, [6, 5, 4]).0).is_none());
+    }
+}
+
+/// Dissecting the corners alone costs little fill where a part is small, and saves some where it is large.
+#[test]
+fn orders_of_corners_fill_as_much_as_orders_of_all_nodes() {
+    for element in [SolidElement::Tetra10, SolidElement::Hexahedron20] {
+        for cells in [[12, 10, 8], [24, 20, 2], [40, 3, 3], [24, 20, 16]] {
+            let (graph, _) = quadratic(element, cells);
+            let order = nested_dissection(&graph);
+            assert_permutation(&order, graph.vertex_count());
+            let weights: Vec<u32> = (0..order.len() as u32).map(|v| graph.weight(v)).collect();
+            let [found, whole] =
+                [order, by_library(&graph, &weights, 1)].map(|order| Fill::of(&graph, &order));
+            println!(
+                "{element:?} {cells:?}: flops {:.3}, entries {:.3}",
+                found.flops / whole.flops,
+                found.entries / whole.entries
+            );
+            assert!(found.flops < 1.12 * whole.flops, "{element:?} {cells:?}");
+            assert!(
+                found.entries < 1.08 * whole.entries,
+                "{element:?} {cells:?}"
+            );
+        }
     }
 }

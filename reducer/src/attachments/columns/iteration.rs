@@ -42,6 +42,11 @@ impl Solution {
         (0..self.residuals.len()).filter(is_open).collect()
     }
 
+    /// Whether any column is more than zero.
+    fn is_begun(&self) -> bool {
+        self.product.ncols() > 0
+    }
+
     /// The largest residual; one that is no number is larger than any other.
     fn worst(&self) -> f64 {
         let largest = self.residuals.iter().copied().max_by(f64::total_cmp);
@@ -54,8 +59,9 @@ impl Solution {
             *self = by;
             return;
         }
-        if self.product.ncols() == 0 {
-            self.product = zeros(self.x.nrows(), self.x.ncols());
+        if !self.is_begun() {
+            self.x = zeros(self.left.nrows(), self.left.ncols());
+            self.product = zeros(self.left.nrows(), self.left.ncols());
         }
         let pairs = [
             (&mut self.x, &by.x),
@@ -89,7 +95,7 @@ impl AttachmentProblem<'_> {
         forces: &ProjectedForces,
     ) -> Result<Solution, Error> {
         let mut best = Solution {
-            x: zeros(forces.columns.nrows(), forces.columns.ncols()),
+            x: Mat::zeros(0, 0),
             product: Mat::zeros(0, 0),
             left: copied(forces.columns.as_ref()),
             residuals: relative(&forces.norms, &forces.norms),
@@ -110,11 +116,13 @@ impl AttachmentProblem<'_> {
                 Sweep::ConjugateGradients => self.conjugate_gradients(factor, forces, left)?,
             };
             iterations += made;
-            add_scaled(
-                &mut x,
-                &vec![1.0; open.len()],
-                &some_columns(best.x.as_ref(), &open),
-            );
+            if best.is_begun() {
+                add_scaled(
+                    &mut x,
+                    &vec![1.0; open.len()],
+                    &some_columns(best.x.as_ref(), &open),
+                );
+            }
             self.project_motion(&mut x);
             let next = self.solution(forces, x, 0);
             let share = next.worst() / best.worst();
@@ -128,8 +136,9 @@ impl AttachmentProblem<'_> {
                 _ => Sweep::ConjugateGradients,
             };
         }
-        if best.product.ncols() == 0 {
-            return Ok(self.solution(forces, best.x, iterations));
+        if !best.is_begun() {
+            let nothing = zeros(forces.columns.nrows(), forces.columns.ncols());
+            return Ok(self.solution(forces, nothing, iterations));
         }
         best.iterations = iterations;
         Ok(self.without_kept_modes(forces, best))

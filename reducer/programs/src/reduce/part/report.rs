@@ -10,6 +10,7 @@ use crate::program::Detail;
 use crate::reduce::part::timing::StageTime;
 use crate::reduce::superelement::error_report;
 use crate::reduce::superelement::inspect::{frequency_table, interface_table, mass_lines};
+use dcb_reducer::Proof;
 use dcb_reducer::quality::Quality;
 use dcb_reducer::quality::lines::quality_lines;
 use dcb_reducer::scientific::scientific;
@@ -108,10 +109,12 @@ fn band(element: &Superelement) -> String {
 /// That the checks hold: a broken limit ends before.
 fn checks(quality: &Quality) -> String {
     let largest = quality.mode_residuals.iter().copied().fold(0.0, f64::max);
-    let complete = match quality.sturm.limit {
-        Some(_) if quality.sturm.counted == quality.sturm.found => {
-            "no mode is missed (eigenvalue count)"
-        }
+    let count = quality.mode_count;
+    let complete = match count.limit {
+        Some(_) if count.counted == count.found => match count.proof {
+            Proof::Inertia => "no mode is missed (counted)",
+            Proof::RandomStart => "no mode is missed (proven)",
+        },
         Some(_) => "the eigenvalue count is in the report",
         None => "there was nothing to count",
     };

@@ -7,9 +7,9 @@ use rows_below::rows_below_groups;
 
 use super::amalgamation::{Groups, gather};
 use super::dense::Trapezoid;
-use super::elimination_tree::{NONE, OrderedGraph, children_of, postorder};
 use super::kernels::packed_length;
 use crate::ordering::QuotientGraph;
+use crate::ordering::elimination_tree::{NONE, OrderedGraph, children_of, postorder};
 
 /// A run of consecutive rows: `length` rows from `source` on lie from `target` on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

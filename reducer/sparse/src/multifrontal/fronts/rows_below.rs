@@ -1,7 +1,7 @@
 //! Rows below the columns of each group of vertices.
 
 use crate::multifrontal::amalgamation::Groups;
-use crate::multifrontal::elimination_tree::{NONE, OrderedGraph, children_of};
+use crate::ordering::elimination_tree::{NONE, OrderedGraph, children_of};
 
 /// Rows (vertices) below the columns of each group.
 pub(super) fn rows_below_groups(graph: &OrderedGraph, groups: &Groups) -> Vec<Vec<u32>> {

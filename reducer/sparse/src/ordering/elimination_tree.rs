@@ -1,6 +1,6 @@
 //! Elimination tree and column counts of a weighted graph (Liu 1990; Gilbert, Ng and Peyton 1994).
 
-use crate::ordering::QuotientGraph;
+use super::QuotientGraph;
 
 /// Marks "none" in arrays of vertices and fronts.
 pub const NONE: u32 = u32::MAX;
