@@ -53,7 +53,7 @@ fn the_random_start_proves_what_a_count_finds() {
         }
         counted(&component, options);
     }
-    assert!(proven >= 10, "{proven}");
+    assert!(proven >= 8, "{proven}");
     let held = Reduction {
         grounding: Grounding::Allow,
         ..Reduction::lowest(8)
@@ -72,7 +72,7 @@ fn where_the_random_start_proves_nothing_modes_are_counted() {
         parts::steel_box([3, 1, 1], few),
         parts::steel_box([3, 1, 1], few),
     ]);
-    let massless = parts::beam(12, BeamTheory::EulerBernoulli, BeamMass::LumpedTranslations);
+    let massless = parts::beam(12, BeamTheory::EulerBernoulli, BeamMass::LumpedWithRoll);
     for (component, modes) in [(oscillators, 60), (loose, 6), (massless, 500)] {
         let options = Reduction {
             loose_pieces: LoosePieces::Allow,

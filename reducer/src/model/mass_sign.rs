@@ -62,8 +62,11 @@ pub(crate) fn refuse_indefinite_mass(
 ) -> Result<Option<f64>, Error> {
     let one_direction = one_direction(component, model);
     let mass = one_direction.as_ref().map_or(&*model.mass, |of| &of.mass);
-    let own = diagonal_matrix(&diagonal(mass));
-    if factor.inertia_of(mass, &own, MASS_PART)?.negative == 0 {
+    let own = diagonal(mass);
+    let inertia = factor.inertia_of(mass, &diagonal_matrix(&own), MASS_PART)?;
+    // A row without mass is a pivot of zero; any other says nothing of those after it.
+    let without_mass = own.iter().filter(|mass| **mass == 0.0).count();
+    if (inertia.negative, inertia.zero) == (0, without_mass) {
         return Ok(Some(MASS_PART));
     }
     let stiffness = diagonal(&model.stiffness);

@@ -26,6 +26,8 @@ pub(super) const CHANCE: f64 = 1e-12;
 /// Relative half widths of the intervals around the Ritz values that were found; wide ones say more about how many eigenvalues they hold, narrow ones keep
 /// close roots apart.
 const WIDTHS: [f64; 5] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6];
+/// Rounding in H and its eigenvectors, over its largest eigenvalue: some times what was found with exact solutions.
+const PROJECTED: f64 = 200.0 * f64::EPSILON;
 /// A cell of the axis is this part of its centre's distance from the Ritz values left out,
 const CELL: f64 = 1.0 / 16.0;
 /// and its series has so many terms: what they leave is below rounding.
@@ -47,7 +49,7 @@ pub(super) struct KrylovSpace<'a> {
     pub chance: f64,
     /// A motion u has mass if uᵀ M u is more than this part of uᵀ D u.
     pub mass_part: f64,
-    /// The largest of ε|u|ᵀ|K||u| over M-normalised modes, ω²: what rounding adds to an eigenvalue.
+    /// The largest of ε|u|ᵀ|K||u| over M-normalised modes, ω²: what rounding in solutions adds to an eigenvalue. An estimate for what was not found.
     pub rounding: f64,
 }
 
@@ -173,7 +175,7 @@ impl KrylovSpace<'_> {
         found: usize,
         but: Range<usize>,
     ) -> f64 {
-        let mut sum = left_out;
+        let mut sum = left_out + self.start_rounding(cell.high());
         for i in (0..self.values.len()).filter(|i| !but.contains(i)) {
             let mut apart = cell.distance(self.values[i]);
             if i < found {
@@ -187,16 +189,20 @@ impl KrylovSpace<'_> {
 
     /// The largest |z|/θ from a value on that is above all Ritz values.
     fn bound_beyond(&self, low: f64) -> f64 {
-        let parts = (0..self.values.len()).map(|i| {
-            let apart = low - self.values[i];
-            self.size(i) / (low * apart) + self.rounded(i, 1.0) / apart
-        });
-        parts.sum()
+        let parts = (0..self.values.len())
+            .map(|i| (self.size(i) + self.rounded(i, low)) / (low - self.values[i]));
+        (parts.sum::<f64>() + self.start_rounding(low)) / low
     }
 
-    /// What rounding in the solutions adds to ‖γ_i‖ ρ_iᵀ w, for an eigenvector with θ.
+    /// What rounding adds to ‖γ_i‖ ρ_iᵀ w, for an eigenvector with θ: in the solutions and in the projected problem.
     fn rounded(&self, i: usize, theta: f64) -> f64 {
-        self.start.col(i).norm_l2() * self.rounding * self.values[i] * theta
+        let solutions = self.rounding * self.values[i] * theta;
+        self.start.col(i).norm_l2() * (solutions + PROJECTED * self.values[0])
+    }
+
+    /// What rounding adds to the share z itself.
+    fn start_rounding(&self, theta: f64) -> f64 {
+        self.start.norm_l2() * (self.rounding * theta + PROJECTED)
     }
 
     /// ‖γ_i‖ ‖ρ_i‖.

@@ -48,8 +48,6 @@ const DEPENDENT: f64 = 1e-6;
 const SHARPENED_AGAIN: usize = 2;
 /// Wanted accuracy of a Ritz vector under S.
 const RITZ_TOLERANCE: f64 = 1e-8;
-/// That of the two beyond the last kept one. Their values, which tell where the spectrum goes on, are accurate to its square.
-const GUARD_TOLERANCE: f64 = 1e-5;
 /// A Ritz vector of this accuracy is as good as rounding allows; sharpening it would gain nothing.
 const SHARP: f64 = 1e-12;
 
@@ -181,12 +179,11 @@ impl FreeModes {
             let without_energy = motions_without_energy(&pairs.eigenvalues, shift);
             let kept = extended_to_gap(&pairs.eigenvalues, elastic.max(without_energy));
             let needed = (kept + 2).min(available);
-            let wanted_of = |j: usize| match j < kept {
-                true => tolerance,
-                false => tolerance.max(GUARD_TOLERANCE),
-            };
-            let converged = (0..needed)
-                .take_while(|j| pairs.residuals[*j] < wanted_of(*j))
+            let converged = pairs
+                .residuals
+                .iter()
+                .take(needed)
+                .take_while(|r| **r < tolerance)
                 .count();
             progress = converged as f64 / (kept + 2) as f64;
             observer.advance(progress)?;
@@ -212,11 +209,14 @@ impl FreeModes {
                 modes = Self::of_subspace(model, known, x, kept, search.wanted, iterations)?;
             }
             if modes.unconverged().count() == 0 {
+                let refined = factor.least_accurate().residual / f64::EPSILON;
+                let rounding = modes.rounding() * refined.max(1.0);
                 if let (Some(part), Some((limit, _))) =
                     (search.mass_part, modes.certificate_shift())
+                    && modes.first_omitted.is_finite()
+                    && rounding > 0.0
                 {
-                    let has_all =
-                        lanczos.has_all_below(&pairs, kept, limit, modes.rounding(), part);
+                    let has_all = lanczos.has_all_below(&pairs, kept, limit, rounding, part);
                     modes.complete_below = has_all.then_some(limit);
                 }
                 return Ok(modes);
@@ -313,7 +313,7 @@ impl FreeModes {
         self.eigenvalues.len()
     }
 
-    /// The most that rounding in K adds to one of their ω², 1/time².
+    /// The most that rounding in K adds to one of their ω², 1/time²; 0 if none has stiffness.
     fn rounding(&self) -> f64 {
         let pairs = self.eigenvalue_roundings.iter().zip(&self.eigenvalues);
         pairs

@@ -247,7 +247,7 @@ impl<'a> Lanczos<'a> {
     ///
     /// # Errors
     /// As [`Lanczos::start`].
-    pub fn inject_random_block(&mut self) -> Result<Mat<f64>, Error> {
+    fn inject_random_block(&mut self) -> Result<Mat<f64>, Error> {
         let width = self
             .block_width
             .min(self.basis.capacity().saturating_sub(self.filled));
