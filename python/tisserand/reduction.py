@@ -39,6 +39,7 @@ def reduce(
     without_estimate: bool = False,
     allow_grounded: bool = False,
     allow_loose: bool = False,
+    sturm_check: bool = False,
     scene: Scene | Mapping[str, Any] | str | PathLike[str] | None = None,
     bodies: Sequence[str] = (),
     tolerance: float = 1e-3,
@@ -86,7 +87,7 @@ def reduce(
         Name of the part, which the superelement and messages have.
     damping
         Ratio to critical of all modes, one for each, or what a component file may have. None by default.
-    interface_modes, enrich, without_estimate, allow_grounded, allow_loose
+    interface_modes, enrich, without_estimate, allow_grounded, allow_loose, sturm_check
         As the options of the program `reduce`.
     scene, bodies, tolerance, keep_all
         Keep what this scene asks of its bodies, within a relative error of the part's responses, and leave out the rest, or nothing with `keep_all`:
@@ -123,6 +124,7 @@ def reduce(
         "without_estimate": without_estimate,
         "allow_grounded": allow_grounded,
         "allow_loose": allow_loose,
+        "sturm_check": sturm_check,
     }
     if interface_modes is not None:
         options["interface_modes"] = _checks.whole_number("interface_modes", interface_modes)

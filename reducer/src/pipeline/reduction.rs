@@ -59,8 +59,7 @@ pub struct Reduction {
     pub loose_pieces: LoosePieces,
     /// Prove by a Sturm sequence check that no mode is missing.
     ///
-    /// A second factorization counts the eigenvalues. Without it the search proves that it missed none by its random start, but for a chance of 1e-12;
-    /// they are counted where it can't.
+    /// A second factorization counts the eigenvalues; without it that is proven but for a chance of 1e-12.
     #[arg(id = "sturm_check", long = "sturm-check", action = ArgAction::SetTrue, value_parser = flag::<ProofChoice>())]
     #[serde(rename = "sturm_check", with = "as_flag")]
     #[schemars(with = "bool")]
