@@ -25,7 +25,7 @@ const STEP: f64 = 10.0;
 /// Diagonal of a square matrix.
 pub(crate) fn diagonal(matrix: &SparseMatrix) -> Vec<f64> {
     let entry = |i: usize| matrix.as_ref().get(i, i).copied().unwrap_or(0.0);
-    (0..matrix.ncols()).map(entry).collect()
+    (0..matrix.ncols()).into_par_iter().map(entry).collect()
 }
 
 /// Negative eigenvalues of M that count as zero.

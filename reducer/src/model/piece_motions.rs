@@ -79,23 +79,27 @@ fn connected_points(model: &Model) -> Vec<Vec<u32>> {
         }
         i
     }
-    let mut join = |matrix: &SparseMatrix, column: usize| {
-        let rows = matrix
-            .row_idx_of_col_raw(column)
-            .iter()
-            .zip(matrix.val_of_col(column));
-        for (row, _) in rows.filter(|(_, value)| **value != 0.0) {
-            let (a, b) = (
-                root(&mut parent, points[*row as usize]),
-                root(&mut parent, points[column]),
-            );
+    // One entry of a point says all of its dofs.
+    let mut join = |matrix: &SparseMatrix, column: usize, rows: &[u32]| {
+        let mut joined = points[column];
+        for (row, value) in rows.iter().zip(matrix.val_of_col(column)) {
+            let point = points[*row as usize];
+            if point == joined || *value == 0.0 {
+                continue;
+            }
+            joined = point;
+            let (a, b) = (root(&mut parent, point), root(&mut parent, points[column]));
             parent[a.max(b) as usize] = a.min(b);
         }
     };
     for column in 0..model.len() {
-        join(&model.stiffness, column);
+        // Rows above the diagonal say all, because every column is joined.
+        let rows = model.stiffness.row_idx_of_col_raw(column);
+        let above = rows.partition_point(|row| (*row as usize) < column);
+        join(&model.stiffness, column, &rows[..above]);
         if model.is_internal(column) {
-            join(&model.mass, column);
+            let rows = model.mass.row_idx_of_col_raw(column);
+            join(&model.mass, column, rows);
         }
     }
     let mut by_root: std::collections::BTreeMap<u32, Vec<u32>> = Default::default();

@@ -9,6 +9,7 @@ use dcb_formats::mesh::Dimension;
 use dcb_sparse::block_algebra::{absolute_product, combination, gram, symmetric_product};
 use faer::concat;
 use faer::{Mat, MatRef};
+use rayon::prelude::*;
 
 use crate::error::{Error, MatrixRefusal};
 use crate::model::condensation::Model;
@@ -346,6 +347,7 @@ fn entry_precision(
 
 fn largest_scaled_row_sum(matrix: &SparseMatrix, scale: &[f64]) -> f64 {
     (0..matrix.ncols())
+        .into_par_iter()
         .map(|column| {
             let rows = matrix
                 .row_idx_of_col_raw(column)
@@ -354,7 +356,7 @@ fn largest_scaled_row_sum(matrix: &SparseMatrix, scale: &[f64]) -> f64 {
             rows.map(|(row, value)| (value * scale[*row as usize] * scale[column]).abs())
                 .sum::<f64>()
         })
-        .fold(f64::MIN_POSITIVE, f64::max)
+        .reduce(|| f64::MIN_POSITIVE, f64::max)
 }
 
 /// M-orthonormal columns with the same span; `None` if M is not positive on it.

@@ -162,18 +162,23 @@ fn quadratic_fields(
         }
     }
     let mut fields = Mat::zeros(model.len(), d * monomials.len());
-    for (row, dof) in model.dofs.iter().enumerate() {
-        let Some(PointMotion {
-            direction,
-            position,
-        }) = dof.motion
-        else {
-            continue;
-        };
-        let xi: [f64; 3] = std::array::from_fn(|axis| (position[axis] - centre[axis]) / length);
-        for component in 0..d {
-            for (m, monomial) in monomials.iter().enumerate() {
-                fields[(row, component * monomials.len() + m)] = match direction.is_rotation() {
+    fields
+        .par_col_iter_mut()
+        .enumerate()
+        .for_each(|(column, field)| {
+            let component = column / monomials.len();
+            let monomial = &monomials[column % monomials.len()];
+            for (value, dof) in field.iter_mut().zip(&model.dofs) {
+                let Some(PointMotion {
+                    direction,
+                    position,
+                }) = dof.motion
+                else {
+                    continue;
+                };
+                let xi: [f64; 3] =
+                    std::array::from_fn(|axis| (position[axis] - centre[axis]) / length);
+                *value = match direction.is_rotation() {
                     false if direction.axis() == component => {
                         monomial.iter().map(|a| xi[*a]).product()
                     }
@@ -181,8 +186,7 @@ fn quadratic_fields(
                     true => half_curl(monomial, component, direction.axis(), &xi) / length,
                 };
             }
-        }
-    }
+        });
     fields
 }
 
