@@ -60,10 +60,14 @@ pub(crate) fn refuse_indefinite_mass(
     model: &Model,
     factor: &SymmetricFactor,
 ) -> Result<Option<f64>, Error> {
+    let all: Vec<u32> = (0..model.len() as u32).collect();
     let one_direction = one_direction(component, model);
-    let mass = one_direction.as_ref().map_or(&*model.mass, |of| &of.mass);
+    let (dofs, mass) = match &one_direction {
+        Some(of) => (&of.dofs, &of.mass),
+        None => (&all, &*model.mass),
+    };
     let own = diagonal(mass);
-    let inertia = factor.inertia_of(mass, &diagonal_matrix(&own), MASS_PART)?;
+    let inertia = factor.inertia_of(dofs, mass, &diagonal_matrix(&own), MASS_PART)?;
     // A row without mass is a pivot of zero; any other says nothing of those after it.
     let without_mass = own.iter().filter(|mass| **mass == 0.0).count();
     if (inertia.negative, inertia.zero) == (0, without_mass) {
@@ -75,13 +79,13 @@ pub(crate) fn refuse_indefinite_mass(
     let shift = |part: f64| -1.0 / (part * largest);
     if let Some(of) = one_direction {
         let lift = diagonal_matrix(&of.least(component, &stiffness));
-        let inertia = factor.inertia_of(&lift, &of.mass, shift(ZERO_MASS))?;
+        let inertia = factor.inertia_of(&of.dofs, &lift, &of.mass, shift(ZERO_MASS))?;
         if inertia.negative == 0 {
             return Ok(None);
         }
     }
     let lift = diagonal_matrix(&stiffness);
-    let count = |part: f64| factor.inertia_of(&lift, &model.mass, shift(part));
+    let count = |part: f64| factor.inertia_of(&all, &lift, &model.mass, shift(part));
     let first = count(ZERO_MASS)?;
     if first.negative == 0 {
         return Ok(None);
@@ -101,25 +105,23 @@ pub(crate) fn refuse_indefinite_mass(
     .into())
 }
 
-/// M of a solid along x; zero elsewhere.
+/// M of a solid along x.
 struct OneDirection {
+    /// The dof of each row, ascending.
+    dofs: Vec<u32>,
     mass: SparseMatrix,
 }
 
 impl OneDirection {
-    /// The least diagonal of K at each node, in its row of ux: if it makes M along x positive, so do all directions.
+    /// The least diagonal of K at the node of each row: if it makes M along x positive, so do all directions.
     fn least(&self, component: &Component, stiffness: &[f64]) -> Vec<f64> {
-        let mut least = stiffness.to_vec();
-        for (row, dof) in component.dofs.nodal() {
-            if dof.direction == Direction::Ux {
-                for direction in Direction::ALL {
-                    if let Some(other) = component.dofs.row(dof.node, direction) {
-                        least[row] = least[row].min(stiffness[other]);
-                    }
-                }
-            }
-        }
-        least
+        let least = |row: &u32| {
+            let node = component.dofs.dof(*row as usize).map(|dof| dof.node);
+            let all = Direction::ALL.into_iter();
+            let rows = all.filter_map(|direction| component.dofs.row(node?, direction));
+            rows.map(|row| stiffness[row]).fold(f64::INFINITY, f64::min)
+        };
+        self.dofs.iter().map(least).collect()
     }
 }
 
@@ -129,27 +131,31 @@ fn one_direction(component: &Component, model: &Model) -> Option<OneDirection> {
         return None;
     }
     Solid::of(component)?;
-    let n = model.len();
-    let mut is_chosen = vec![false; n];
-    for (row, dof) in component.dofs.nodal() {
-        is_chosen[row] = dof.direction == Direction::Ux;
+    let along = component.dofs.nodal();
+    let mut dofs: Vec<u32> = along
+        .filter(|(_, dof)| dof.direction == Direction::Ux)
+        .map(|(row, _)| row as u32)
+        .collect();
+    dofs.sort_unstable();
+    let mut place = vec![u32::MAX; model.len()];
+    for (new, dof) in dofs.iter().enumerate() {
+        place[*dof as usize] = new as u32;
     }
     let (mut starts, mut rows, mut values) = (vec![0_u32], Vec::new(), Vec::new());
-    for column in 0..n {
-        if is_chosen[column] {
-            let entries = model.mass.row_idx_of_col_raw(column).iter();
-            for (row, value) in entries.zip(model.mass.val_of_col(column)) {
-                if is_chosen[*row as usize] && *value != 0.0 {
-                    rows.push(*row);
-                    values.push(*value);
-                }
+    for dof in &dofs {
+        let entries = model.mass.row_idx_of_col_raw(*dof as usize).iter();
+        for (row, value) in entries.zip(model.mass.val_of_col(*dof as usize)) {
+            if place[*row as usize] != u32::MAX && *value != 0.0 {
+                rows.push(place[*row as usize]);
+                values.push(*value);
             }
         }
         starts.push(rows.len() as u32);
     }
-    let pattern = SymbolicSparseColMat::new_checked(n, n, starts, None, rows);
+    let pattern = SymbolicSparseColMat::new_checked(dofs.len(), dofs.len(), starts, None, rows);
     Some(OneDirection {
         mass: SparseMatrix::new(pattern, values),
+        dofs,
     })
 }
 
