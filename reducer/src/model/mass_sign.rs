@@ -74,7 +74,9 @@ pub(crate) fn refuse_indefinite_mass(
         return Ok(Some(MASS_PART));
     }
     let stiffness = diagonal(&model.stiffness);
-    let largest = largest_scaled_row_sum(&model.mass, &stiffness);
+    let to_one = |k: &f64| if *k > 0.0 { 1.0 / k.sqrt() } else { 0.0 };
+    let scale: Vec<f64> = stiffness.iter().map(to_one).collect();
+    let largest = largest_scaled_row_sum(&model.mass, &scale);
     // M + τ diag(K) has the signs of diag(K) + M / τ.
     let shift = |part: f64| -1.0 / (part * largest);
     if let Some(of) = one_direction {
@@ -159,20 +161,18 @@ fn one_direction(component: &Component, model: &Model) -> Option<OneDirection> {
     })
 }
 
-/// Largest sum of |m_ij| / √(k_ii k_jj) of a row: the largest eigenvalue is not above it, and hardly below.
-fn largest_scaled_row_sum(mass: &SparseMatrix, stiffness: &[f64]) -> f64 {
-    let scale: Vec<f64> = (stiffness.iter())
-        .map(|k| if *k > 0.0 { 1.0 / k.sqrt() } else { 0.0 })
-        .collect();
+/// Largest sum of |a_ij| s_i s_j of a row; with s that make a diagonal one, the largest eigenvalue of the scaled matrix is not above it, and hardly
+/// below.
+pub(crate) fn largest_scaled_row_sum(matrix: &SparseMatrix, scale: &[f64]) -> f64 {
     let sum = |column: usize| {
-        let rows = mass.row_idx_of_col_raw(column).iter();
-        let entries = rows.zip(mass.val_of_col(column));
+        let rows = matrix.row_idx_of_col_raw(column).iter();
+        let entries = rows.zip(matrix.val_of_col(column));
         let sum: f64 = entries
             .map(|(row, value)| value.abs() * scale[*row as usize])
             .sum();
         sum * scale[column]
     };
-    (0..mass.ncols())
+    (0..matrix.ncols())
         .into_par_iter()
         .map(sum)
         .reduce(|| 0.0, f64::max)

@@ -9,11 +9,11 @@ use dcb_formats::mesh::Dimension;
 use dcb_sparse::block_algebra::{absolute_product, combination, gram, symmetric_product};
 use faer::concat;
 use faer::{Mat, MatRef};
-use rayon::prelude::*;
 
 use crate::error::{Error, MatrixRefusal};
 use crate::model::condensation::Model;
 use crate::model::frame::{nodes_with_dofs, offset, part_size, rigid_motion};
+use crate::model::mass_sign::{diagonal, largest_scaled_row_sum};
 use crate::model::rigid_frame::PointMotion;
 
 /// Mass, centre of mass and inertia about it, from the mass matrix alone.
@@ -171,7 +171,7 @@ const SHARE_OF_A_MASS: f64 = 1e-2;
 /// Largest quotient g^T A g / sum |A_ii| g_i^2 over translations g: 1 and more for a mass, rounding for a stiffness.
 fn translation_share(matrix: &SparseMatrix, translations: MatRef<'_, f64>) -> f64 {
     let product = symmetric_product(matrix, translations);
-    let diagonal = crate::model::mass_sign::diagonal(matrix);
+    let diagonal = diagonal(matrix);
     let share = |column: usize| {
         let (mut whole, mut sum) = (0.0, 0.0);
         for (row, entry) in diagonal.iter().enumerate() {
@@ -286,7 +286,7 @@ impl RigidBodyModes {
     /// size so that the ratio has no unit.
     pub fn stiffness_defects(&self, model: &Model) -> StiffnessDefects {
         let scale = model.unit_amounts(self.length);
-        let row_sum = largest_scaled_row_sum(&model.stiffness, &scale);
+        let row_sum = largest_scaled_row_sum(&model.stiffness, &scale).max(f64::MIN_POSITIVE);
         let products = symmetric_product(&model.stiffness, self.geometric.as_ref());
         let forces = Mat::from_fn(products.nrows(), products.ncols(), |i, j| {
             products[(i, j)] * scale[i] / row_sum
@@ -343,20 +343,6 @@ fn entry_precision(
     } else {
         largest
     }
-}
-
-fn largest_scaled_row_sum(matrix: &SparseMatrix, scale: &[f64]) -> f64 {
-    (0..matrix.ncols())
-        .into_par_iter()
-        .map(|column| {
-            let rows = matrix
-                .row_idx_of_col_raw(column)
-                .iter()
-                .zip(matrix.val_of_col(column));
-            rows.map(|(row, value)| (value * scale[*row as usize] * scale[column]).abs())
-                .sum::<f64>()
-        })
-        .reduce(|| f64::MIN_POSITIVE, f64::max)
 }
 
 /// M-orthonormal columns with the same span; `None` if M is not positive on it.

@@ -59,14 +59,18 @@ impl KrylovSpace<'_> {
         let Some(pole) = self.values.get(found).copied() else {
             return false;
         };
-        let is_apart = found == 0 || self.values[found - 1] > limit;
-        if !(is_apart && limit > pole && pole > 0.0) {
+        if !(limit > pole && pole > 0.0) {
             return false;
         }
+        // The interval of the last one found is above the limit.
+        let is_apart = |width: &f64| match found {
+            0 => true,
+            _ => self.values[found - 1] * (1.0 - width) > limit,
+        };
         let allowed = self.allowed();
         WIDTHS
             .iter()
-            .filter(|width| found == 0 || self.values[found - 1] * (1.0 - **width) > limit)
+            .filter(|width| is_apart(width))
             .any(|width| self.has_all_at(*width, found, limit, &allowed))
     }
 
@@ -79,11 +83,9 @@ impl KrylovSpace<'_> {
             .collect()
     }
 
+    /// With intervals of one width; there are more Ritz values than `found`.
     fn has_all_at(&self, width: f64, found: usize, limit: f64, allowed: &[f64]) -> bool {
-        let groups = self.groups(width, found);
-        let Some(pole) = self.values.get(found).copied() else {
-            return false;
-        };
+        let (groups, pole) = (self.groups(width, found), self.values[found]);
         let mut low = limit;
         for _ in 0..CELLS {
             let reach = (low - pole) / (1.0 - CELL);

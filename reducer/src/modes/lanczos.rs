@@ -21,6 +21,7 @@ use rand_pcg::rand_core::SeedableRng;
 
 use crate::error::Error;
 use crate::model::condensation::Model;
+use crate::model::mass_sign::diagonal;
 use crate::model::rigid_body::RigidBodyModes;
 use crate::modes::completeness::{CHANCE, KrylovSpace};
 use crate::modes::orthonormal_block::orthonormalize;
@@ -98,16 +99,9 @@ impl<'a> Lanczos<'a> {
             rigid,
             factor,
             shift,
-            mass_diagonal: (0..n)
-                .map(|i| {
-                    model
-                        .mass
-                        .as_ref()
-                        .get(i, i)
-                        .copied()
-                        .unwrap_or(0.0)
-                        .max(0.0)
-                })
+            mass_diagonal: diagonal(&model.mass)
+                .into_iter()
+                .map(|mass| mass.max(0.0))
                 .collect(),
             basis: KrylovBasis::with_capacity(n, columns)?,
             filled: 0,
@@ -240,10 +234,10 @@ impl<'a> Lanczos<'a> {
         amounts
     }
 
-    /// Continues with the images of fresh pseudo-random motions, orthogonal to everything so far: finds what the Krylov space missed. Returns what these images are
-    /// over the new block, as far as they are not of the basis before.
+    /// Continues with the images of fresh pseudo-random motions, orthogonal to everything so far: finds what the Krylov space missed. Returns
+    /// what these images are over the new block, as far as they are not of the basis before.
     ///
-    /// The motions are normal, divided by √diag(M), without rigid parts: what [`Completeness`](crate::modes::completeness) is based on.
+    /// The motions are normal, divided by √diag(M), without rigid parts: what `crate::modes::completeness` is based on.
     ///
     /// # Errors
     /// As [`Lanczos::start`].

@@ -5,14 +5,13 @@ use serde_json::Value;
 
 use crate::support::{Folder, says};
 
-fn planned(folder: &Folder, options: &str) -> Value {
-    serde_json::from_str(&folder.done(&format!("plan rotor.mtx --json {options}"))).unwrap()
+fn planned(folder: &Folder, arguments: &str) -> Value {
+    serde_json::from_str(&folder.done(&format!("plan --json {arguments}"))).unwrap()
 }
 
 /// Memory of the reduction with the factor on disk, KiB: too little for the factor in memory, even if the error estimate is left out.
 fn too_little_for_memory(folder: &Folder) -> u64 {
-    let plan = folder.done("plan part.mtx --json --factor disk");
-    let plan: Value = serde_json::from_str(&plan).unwrap();
+    let plan = planned(folder, "part.mtx --factor disk");
     let needed = plan["choices"][0]["peak_bytes"].as_u64().unwrap();
     needed.div_ceil(1024)
 }
@@ -33,12 +32,12 @@ fn a_plan_writes_nothing_and_tells_sizes_memory_and_time() {
         "the factor will be kept            in memory"
     );
     assert_eq!(folder.names(), before);
-    let plan = planned(&folder, "--modes 12");
+    let plan = planned(&folder, "rotor.mtx --modes 12");
     assert_eq!(plan["sizes"]["dofs"], 345);
     assert_eq!(plan["sizes"]["modes"], 12);
     assert_eq!(plan["sizes"]["attachment_columns"], 12);
     assert_eq!(plan["chosen"], "in memory");
-    let assumed = planned(&folder, "--max-frequency 500");
+    let assumed = planned(&folder, "rotor.mtx --max-frequency 500");
     assert_eq!(assumed["sizes"]["modes_are_assumed"], true);
     let refused = folder.done("plan rotor.mtx --memory 1M -v");
     says!(refused, "will be refused");

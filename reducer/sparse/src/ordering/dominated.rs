@@ -1,7 +1,8 @@
 //! Vertices that a neighbour dominates: it sees them and all that they see.
 //!
-//! The midside nodes of quadratic tetrahedra are such vertices, dominated by the corners at the ends of their edge: seven of eight nodes of a mesh. Eliminated right before the first of their dominators they make no fill that it wouldn't make. So only the others
-//! are dissected, a graph of an eighth of the size.
+//! The midside nodes of quadratic tetrahedra are such vertices, dominated by the corners at the ends of their edge: seven of eight nodes of a
+//! mesh. Eliminated right before the first of their dominators they make no fill that it wouldn't make. So only the others are dissected, a
+//! graph of an eighth of the size.
 //!
 //! A separator of corners would take all midside nodes between its corners along. Those of them that see one side of it only are eliminated
 //! on that side.
@@ -116,10 +117,8 @@ impl<'a> Dominated<'a> {
         };
         let seen = self.graph.neighbours(vertex);
         let on_one_side = sides[vertex as usize].filter(|own| {
-            let others = seen.iter().filter_map(|v| sides[*v as usize]);
-            others
-                .into_iter()
-                .all(|other| tree.higher(*own, other).is_some())
+            let mut others = seen.iter().filter_map(|v| sides[*v as usize]);
+            others.all(|other| tree.higher(*own, other).is_some())
         });
         Place {
             of: on_one_side.unwrap_or(first),

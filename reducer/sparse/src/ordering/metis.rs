@@ -12,7 +12,8 @@ static METIS: Mutex<()> = Mutex::new(());
 /// scatter, a quarter slower.
 const IMBALANCE: i32 = 70;
 
-/// Elimination order of the vertices, each counted by its weight, with the best of some separators at each bisection; `None` if METIS can't (indices beyond 32 bits, out of memory).
+/// Elimination order of the vertices, each counted by its weight, with the best of some separators at each bisection; `None` if METIS
+/// can't (indices beyond 32 bits, out of memory).
 pub(super) fn dissect(graph: &QuotientGraph, weights: &[u32], separators: u32) -> Option<Vec<u32>> {
     let mut vertex_count = i32::try_from(graph.vertex_count()).ok()?;
     i32::try_from(graph.all_neighbours().len()).ok()?;
