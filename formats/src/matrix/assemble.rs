@@ -11,6 +11,7 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 
 use faer::sparse::SymbolicSparseColMat;
+use rayon::iter::repeat_n;
 use rayon::prelude::*;
 
 use super::entries::{Entries, Order, Part};
@@ -158,8 +159,9 @@ impl Columns {
         let mut chunks = Chunk::of_blocks(&blocks, column_count, expansion);
         let starts = place_columns(&mut chunks, column_count);
         let total = starts[column_count] as usize;
-        let mut rows = vec![0u32; total];
-        let mut values = vec![0f64; total];
+        // By all threads: the first touch of a page takes longer than writing it.
+        let mut rows: Vec<u32> = repeat_n(0, total).collect();
+        let mut values: Vec<f64> = repeat_n(0.0, total).collect();
         let (to_rows, to_values) = (shared_indices(&mut rows), shared_reals(&mut values));
         chunks
             .into_par_iter()

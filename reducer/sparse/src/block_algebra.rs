@@ -78,9 +78,7 @@ pub fn zeros(rows: usize, columns: usize) -> Mat<f64> {
 
 /// A copy of its own, made by all threads.
 pub fn copied(from: MatRef<'_, f64>) -> Mat<f64> {
-    let mut to = zeros(from.nrows(), from.ncols());
-    copy(from, to.as_mut());
-    to
+    crate::zeros::copy_of(from)
 }
 
 /// `to = from`.

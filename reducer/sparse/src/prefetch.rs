@@ -11,7 +11,7 @@ const VALUES_AHEAD: usize = 512;
 const INDICES_AHEAD: usize = 1024;
 
 /// Eight columns of a packed row.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 #[repr(C, align(64))]
 pub(crate) struct Line(pub(crate) [f64; LINE]);
 

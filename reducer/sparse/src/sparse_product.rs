@@ -88,9 +88,7 @@ fn pass<const L: usize, const ABSOLUTE: bool>(
     y: MatMut<'_, f64>,
 ) {
     let needed = L * x.nrows();
-    if buffer.len() < needed {
-        buffer.resize(needed, Line([0.0; LINE]));
-    }
+    zeros::extend(buffer, needed);
     let (packed, _) = buffer[..needed].as_chunks_mut::<L>();
     pack::<L, ABSOLUTE>(x, packed);
     y.par_row_chunks_mut(CHUNK_ROWS)

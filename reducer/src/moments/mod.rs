@@ -11,7 +11,7 @@ mod second_responses;
 
 use dcb_dense::symmetrized;
 use dcb_formats::superelement::Moments;
-use dcb_sparse::block_algebra::{copy, gram, symmetric_product};
+use dcb_sparse::block_algebra::{copy, gram, symmetric_product, zeros};
 use dcb_sparse::factorization::PositiveFactor;
 use dcb_superelement::error_bounds::DENSE_ROUNDING;
 use faer::{Mat, MatRef};
@@ -132,7 +132,7 @@ impl<'a> StaticShapes<'a> {
                 output_energies: Vec::new(),
             });
         }
-        let mut columns = Mat::zeros(n_c, n_b + n_x);
+        let mut columns = zeros(n_c, n_b + n_x);
         let (attached, beside) = columns.as_mut().split_at_col_mut(n_b);
         copy(of.residual.shapes.as_ref(), attached);
         if let Some(further) = further {

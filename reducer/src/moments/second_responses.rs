@@ -5,7 +5,7 @@
 //! make that G M X, because the estimate takes σ into account.
 
 use dcb_dense::symmetrized;
-use dcb_sparse::block_algebra::{copy, gram, symmetric_product};
+use dcb_sparse::block_algebra::{copy, gram, symmetric_product, zeros};
 use dcb_sparse::column_products::{BLOCK, enter_symmetric};
 use dcb_sparse::factorization::PositiveFactor;
 use faer::{Mat, MatRef};
@@ -51,7 +51,7 @@ impl SecondResponses {
         let mut second = Mat::zeros(n, n);
         let mut raw = Mat::zeros(n, n);
         let mut fourth = Mat::zeros(n, n);
-        let mut next = Mat::zeros(shapes.nrows(), n);
+        let mut next = zeros(shapes.nrows(), n);
         let mut energies = Vec::with_capacity(n);
         for first in (0..n).step_by(BLOCK) {
             observer.advance(first as f64 / n as f64)?;
