@@ -43,11 +43,12 @@ def with_bounds():
         threads = max(case.threads())
         without, with_them, theirs = (case.wall(tool, threads) for tool in ("reduce", "reduce-bounds", "pardiso2"))
         estimates = [run["stages"]["estimate"] for run in case.of("reduce-bounds", threads)]
-        ratio = lambda ours: peer_table.number(theirs / ours if theirs and ours else None)
+        peers = case.of("pardiso2", threads)
+        lead, lead_with = (by_rounds(peers, case.of(tool, threads)) for tool in ("reduce", "reduce-bounds"))
         yield (
             f"| {component} | {modes} | {peer_table.number(without)} | {peer_table.number(with_them)} | {peer_table.number(median(estimates) if estimates else None)} "
-            f"| {case.peak('reduce', threads) or 0:.0f} / {case.peak('reduce-bounds', threads) or 0:.0f} | {peer_table.number(theirs)} | {ratio(without)} | {ratio(with_them)} "
-            f"| {peer_table.verdict(theirs / with_them >= 2.5 if theirs and with_them else None)} |"
+            f"| {case.peak('reduce', threads) or 0:.0f} / {case.peak('reduce-bounds', threads) or 0:.0f} | {peer_table.number(theirs)} | {peer_table.number(lead)} | {peer_table.number(lead_with)} "
+            f"| {peer_table.verdict(lead_with >= 2.5 if lead_with else None)} |"
         )
     yield ""
     yield from peer_table.provenance(runs)
@@ -56,26 +57,35 @@ def with_bounds():
 def beside_pardiso(name):
     """The job on another machine: ours and the solver that was the best."""
     found = peer_table.latest(lines(name))
-    runs = [line for line in found if line["kind"] == "run" and line["tool"] in ("reduce", "pardiso2") and line["threads"] == 2]
-    yield "| part | modes | `reduce`, s, median (min–max) | PARDISO, s | PARDISO / ours | peak MB, ours / PARDISO | order | factor | modes | attachments | certificate |"
-    yield "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |"
+    runs = [line for line in found if line["kind"] == "run" and line["tool"] in ("reduce", "reduce-bounds", "pardiso2") and line["threads"] == 2]
+    yield "| part | modes | `reduce`, s, median (min–max) | with error bounds, s | PARDISO, s | PARDISO / ours | PARDISO / with bounds | peak MB, ours / PARDISO | order | factor | modes | attachments |"
+    yield "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |"
     for component, modes in sorted({(run["component"], run["modes"]) for run in runs}, key=peer_table.places):
         case = peer_table.Case(found, component, modes)
         ours, theirs = case.of("reduce", 2), [run for run in case.all_runs if (run["tool"], run["threads"]) == ("pardiso2", 2)]
         walls = sorted(run["wall"] for run in ours)
-        other = median(run["wall"] for run in theirs)
-        stages = " | ".join(peer_table.number(median(run["stages"][name] for run in ours)) for name in ("order", "factor", "modes", "attachments", "certificate"))
-        once = "" if len(theirs) > 1 else " (once)"
-        if not case.of("pardiso2", 2):
-            once += f" (modes refused: residual {max(run['check']['mode_residual'] for run in theirs):.0e})"
+        with_bounds = case.wall("reduce-bounds", 2)
+        other = median(run["wall"] for run in theirs) if theirs else None
+        stages = " | ".join(peer_table.number(median(run["stages"][name] for run in ours)) for name in ("order", "factor", "modes", "attachments"))
+        note = " (once)" if len(theirs) == 1 else ""
+        if theirs and not case.of("pardiso2", 2):
+            note += f" (modes refused: residual {max(run['check']['mode_residual'] for run in theirs):.0e})"
+        spread = peer_table.number(walls[0]) + "–" + peer_table.number(walls[-1])
         yield (
-            f"| {component} | {modes} | {median(walls):.3g} ({walls[0]:.3g}–{walls[-1]:.3g}) | {peer_table.number(other)}{once} | {peer_table.number(other / median(walls))} "
-            f"| {case.peak('reduce', 2):.0f} / {max(run['peak_mb'] for run in theirs):.0f} | {stages} |"
+            f"| {component} | {modes} | {peer_table.number(median(walls))} ({spread}) | {peer_table.number(with_bounds)} | {peer_table.number(other)}{note} | {peer_table.number(by_rounds(theirs, ours))} "
+            f"| {peer_table.number(by_rounds(theirs, case.of('reduce-bounds', 2)))} | {case.peak('reduce', 2):.0f} / {max((format(run['peak_mb'], '.0f') for run in theirs), default='–')} | {stages} |"
         )
     yield ""
     limits = peer_table.Case(found, "conrod-150k", 30)
     yield f"Two threads; dgemm {peer_table.number(limits.limit('dgemm', 2))} GFLOP/s, triad {peer_table.number(limits.limit('bandwidth', 2))} GB/s."
     yield from peer_table.provenance(runs)
+
+
+def by_rounds(theirs, ours):
+    """How many times as long theirs take: the median over the rounds that have both."""
+    mine = {run["round"]: run["wall"] for run in ours}
+    ratios = [run["wall"] / mine[run["round"]] for run in theirs if run["round"] in mine]
+    return median(ratios) if ratios else None
 
 
 def reduction():
@@ -156,8 +166,8 @@ if __name__ == "__main__":
     print("\n".join(best_solvers(options.peers)))
     if options.peers:
         raise SystemExit
-    print("\n### On a machine with AVX2 only\n")
-    print("\n".join(beside_pardiso("reduce_on_avx2.jsonl")))
+    print("\n### On a machine with AVX-512\n")
+    print("\n".join(beside_pardiso("reduce_on_avx512.jsonl")))
     print("\n### What a reduction costs by size\n")
     print("\n".join(cost_by_size.table(lines("reduce_against_peers.jsonl"))))
     print("\n### Threads\n")
