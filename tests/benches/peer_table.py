@@ -75,18 +75,20 @@ class Case:
         """(how many times as long as `mine` of our runs, tool, threads) of the best tool: the median over the rounds that both ran in, because the machine's
         speed changes from round to round; None if no round has both. Ours is at the number of threads that is fastest."""
         _, _, fast = self.fastest(["reduce"]) or (None, None, None)
-        ours = {run["round"]: mine(run) for run in self.of("reduce", fast)} if fast else {}
-        found = []
-        for tool in tools:
-            for threads in self.threads():
-                ratios = [run["wall"] / ours[run["round"]] for run in self.of(tool, threads) if run["round"] in ours]
-                if ratios:
-                    found.append((median(ratios), tool, threads))
-        return min(found, default=None)
+        ours = self.of("reduce", fast) if fast else []
+        found = [(by_rounds(self.of(tool, threads), ours, mine), tool, threads) for tool in tools for threads in self.threads()]
+        return min((lead for lead in found if lead[0]), default=None)
 
     def peak(self, tool, threads=None):
         runs = self.of(tool, threads)
         return max(run["peak_mb"] for run in runs) if runs else None
+
+
+def by_rounds(theirs, ours, mine=lambda run: run["wall"]):
+    """How many times as long as `mine` of our runs theirs take: the median over the rounds that have both; None if none has."""
+    seconds = {run["round"]: mine(run) for run in ours}
+    ratios = [run["wall"] / seconds[run["round"]] for run in theirs if run["round"] in seconds]
+    return median(ratios) if ratios else None
 
 
 def plural(threads):

@@ -44,7 +44,7 @@ def with_bounds():
         without, with_them, theirs = (case.wall(tool, threads) for tool in ("reduce", "reduce-bounds", "pardiso2"))
         estimates = [run["stages"]["estimate"] for run in case.of("reduce-bounds", threads)]
         peers = case.of("pardiso2", threads)
-        lead, lead_with = (by_rounds(peers, case.of(tool, threads)) for tool in ("reduce", "reduce-bounds"))
+        lead, lead_with = (peer_table.by_rounds(peers, case.of(tool, threads)) for tool in ("reduce", "reduce-bounds"))
         yield (
             f"| {component} | {modes} | {peer_table.number(without)} | {peer_table.number(with_them)} | {peer_table.number(median(estimates) if estimates else None)} "
             f"| {case.peak('reduce', threads) or 0:.0f} / {case.peak('reduce-bounds', threads) or 0:.0f} | {peer_table.number(theirs)} | {peer_table.number(lead)} | {peer_table.number(lead_with)} "
@@ -63,29 +63,22 @@ def beside_pardiso(name):
     for component, modes in sorted({(run["component"], run["modes"]) for run in runs}, key=peer_table.places):
         case = peer_table.Case(found, component, modes)
         ours, theirs = case.of("reduce", 2), [run for run in case.all_runs if (run["tool"], run["threads"]) == ("pardiso2", 2)]
-        walls = sorted(run["wall"] for run in ours)
         with_bounds = case.wall("reduce-bounds", 2)
         other = median(run["wall"] for run in theirs) if theirs else None
         stages = " | ".join(peer_table.number(median(run["stages"][name] for run in ours)) for name in ("order", "factor", "modes", "attachments"))
         note = " (once)" if len(theirs) == 1 else ""
         if theirs and not case.of("pardiso2", 2):
             note += f" (modes refused: residual {max(run['check']['mode_residual'] for run in theirs):.0e})"
-        spread = peer_table.number(walls[0]) + "–" + peer_table.number(walls[-1])
+        leads = " | ".join(peer_table.number(peer_table.by_rounds(theirs, mine)) for mine in (ours, case.of("reduce-bounds", 2)))
+        peak = max((run["peak_mb"] for run in theirs), default=None)
         yield (
-            f"| {component} | {modes} | {peer_table.number(median(walls))} ({spread}) | {peer_table.number(with_bounds)} | {peer_table.number(other)}{note} | {peer_table.number(by_rounds(theirs, ours))} "
-            f"| {peer_table.number(by_rounds(theirs, case.of('reduce-bounds', 2)))} | {case.peak('reduce', 2):.0f} / {max((format(run['peak_mb'], '.0f') for run in theirs), default='–')} | {stages} |"
+            f"| {component} | {modes} | {peer_table.spread([run['wall'] for run in ours])} | {peer_table.number(with_bounds)} | {peer_table.number(other)}{note} | {leads} "
+            f"| {case.peak('reduce', 2):.0f} / {f'{peak:.0f}' if peak else '–'} | {stages} |"
         )
     yield ""
     limits = peer_table.Case(found, "conrod-150k", 30)
     yield f"Two threads; dgemm {peer_table.number(limits.limit('dgemm', 2))} GFLOP/s, triad {peer_table.number(limits.limit('bandwidth', 2))} GB/s."
     yield from peer_table.provenance(runs)
-
-
-def by_rounds(theirs, ours):
-    """How many times as long theirs take: the median over the rounds that have both."""
-    mine = {run["round"]: run["wall"] for run in ours}
-    ratios = [run["wall"] / mine[run["round"]] for run in theirs if run["round"] in mine]
-    return median(ratios) if ratios else None
 
 
 def reduction():

@@ -1,5 +1,5 @@
-//! Large blocks of zeros and copies of blocks, written by all threads: at the first touch of a page the system has to find and clear it, and on a virtual
-//! machine its host as well, which takes much longer than writing it.
+//! Large blocks of zeros and copies of blocks, written by all threads: at the first touch of a page the system has to find and clear it,
+//! and on a virtual machine its host as well, which takes much longer than writing it.
 
 use std::mem::MaybeUninit;
 
