@@ -5,7 +5,8 @@
 
 A component is SHAPE-SIZE[:MODES] (see `peers/components.py`); missing ones are generated into the data folder. Per component, round and
 number of threads, `reduce` and the peers run one after the other, each in a fresh process, after the machine has become quiet (or `--quiet-wait`
-seconds: what other processes used meanwhile is in the line). What the machine can do is measured first, and the part's files are read once.
+seconds: what other processes used meanwhile is in the line) and the memory that a run needs was touched once (else the first tool after a pause
+pays for what the host of a virtual machine has taken back; `--memory-as-it-is` leaves that out). What the machine can do is measured first, and the part's files are read once.
 
 - reduce: the job that the peers do (`--without-estimate`); reduce-bounds: with the bounds of the file's errors, which is what `reduce` does if nothing
   is said. Wall is that of the whole process. Stages are its own `--timings`.
@@ -43,6 +44,7 @@ TOOLS = (*OURS, *SOLVERS, "slepc-mumps", "slepc-mumps-mpi", "exudyn")
 COMPONENTS = (
     "conrod-10k,conrod-50k,conrod-150k,block-150k,plate-150k,conrod-400k,conrod-150k:100,conrod-400k:100,conrod-1M"
 )
+BYTES_PER_DOF = 20_000  # more than any tool takes
 THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
@@ -71,6 +73,20 @@ def wait_until_quiet(limit, share=0.15):
         time.sleep(1)
         if (busy_seconds() - before) / os.cpu_count() < share:
             break
+    return round(time.monotonic() - start, 1)
+
+
+def fetch_memory(size):
+    """Touches so many bytes in a process of its own and gives them back, so that the next process finds memory that the host of a virtual
+    machine has not taken away. Returns the seconds that took."""
+    program = (
+        "import mmap, sys\n"
+        "room = mmap.mmap(-1, int(sys.argv[1]), flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)\n"
+        "room.madvise(mmap.MADV_HUGEPAGE)\n"
+        "for page in range(0, len(room), mmap.PAGESIZE): room[page] = 1"
+    )
+    start = time.monotonic()
+    subprocess.run([sys.executable, "-c", program, str(int(size))], check=True)
     return round(time.monotonic() - start, 1)
 
 
@@ -121,9 +137,10 @@ class Bench:
         else:
             print(text, flush=True)
 
-    def execute(self, command, threads, folder, quiet=True):
-        """Runs a command. Returns its last line of output (or None), a failure (or None) and what it used."""
+    def execute(self, command, threads, folder, memory=0, quiet=True):
+        """Runs a command, with so much memory fetched before. Returns its last line of output (or None), a failure (or None) and what it used."""
         waited = wait_until_quiet(self.options.quiet_wait) if quiet else 0
+        fetching = fetch_memory(memory) if memory else 0
         out, errors = os.path.join(folder, "stdout"), os.path.join(folder, "stderr")
         with open(out, "wb") as stdout, open(errors, "wb") as stderr:
             before, start = busy_seconds(), time.perf_counter()
@@ -145,7 +162,7 @@ class Bench:
             process.returncode = os.waitstatus_to_exitcode(status)
         processor = usage.ru_utime + usage.ru_stime
         used = dict(
-            wall_with_start=round(wall, 4), cpu=round(processor, 3), peak_mb=round(usage.ru_maxrss / 1024, 1), waited=waited,
+            wall_with_start=round(wall, 4), cpu=round(processor, 3), peak_mb=round(usage.ru_maxrss / 1024, 1), waited=waited, fetching=fetching,
             others=round(max(0.0, busy_seconds() - before - processor) / wall, 2),
         )
         with open(out, errors="replace") as stdout, open(errors, errors="replace") as stderr:
@@ -180,7 +197,10 @@ class Bench:
         line = dict(kind="run", component=component, dofs=dofs, modes=modes, tool=tool, threads=threads, round=round_number)
         with tempfile.TemporaryDirectory(dir=self.options.data, prefix="run-") as folder:
             command, result = self.command(tool, part, modes, threads, folder)
-            told, failure, used = self.execute(command, 1 if tool == "slepc-mumps-mpi" else threads, folder)
+            half = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") // 2
+            told, failure, used = self.execute(
+                command, 1 if tool == "slepc-mumps-mpi" else threads, folder, min(BYTES_PER_DOF * dofs, half) if self.options.fetch_memory else 0,
+            )
             line |= used
             if failure is None and tool in OURS:
                 with open(os.path.join(folder, "timings.json")) as file:
@@ -317,6 +337,7 @@ def main():
     parser.add_argument("--reduce", help="the program, taken to be of this commit; built if not given")
     parser.add_argument("--slepc-python", default="/usr/bin/python3")
     parser.add_argument("--quiet-wait", type=float, default=45, help="longest wait for a quiet machine before a run, s")
+    parser.add_argument("--memory-as-it-is", dest="fetch_memory", action="store_false", help="don't touch the memory that a run needs before it")
     parser.add_argument("--timeout", type=float, default=1800, help="of a run, s")
     parser.add_argument("--once-above", type=float, default=60, help="a tool that takes longer isn't run in later rounds, s")
     options = parser.parse_args()

@@ -19,7 +19,7 @@ pub fn block_width(wanted: usize) -> usize {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum BasisSize {
-    /// Rarely: three times the modes and guard vectors, or room for eighteen blocks beside these.
+    /// Rarely: three times the modes and guard vectors, or room for twenty-two blocks beside these.
     Comfortable,
     /// Again and again, with room for a few blocks: about half as large, for where memory is short.
     Short,
@@ -29,7 +29,7 @@ impl BasisSize {
     /// Columns kept for `guarded` modes and guard vectors, without the block that comes next.
     pub fn columns(self, guarded: usize, block: usize) -> usize {
         match self {
-            Self::Comfortable => (3 * guarded).max(guarded + 18 * block),
+            Self::Comfortable => (3 * guarded).max(guarded + 22 * block),
             Self::Short => guarded + guarded / 2 + 3 * block,
         }
     }

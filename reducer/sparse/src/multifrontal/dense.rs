@@ -6,12 +6,13 @@ use std::ops::Range;
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::{LltError, cholesky_in_place, cholesky_in_place_scratch};
-use faer::linalg::matmul::matmul;
 use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::reborrow::*;
 use faer::{Accum, MatMut, MatRef, Par};
 use rayon::prelude::*;
+
+use super::product::subtract_product;
 
 /// Columns of a chunk of a front or of an update matrix: they are eliminated together, and updating them is one task. So are as many rows of
 /// a triangular solution.
@@ -210,13 +211,11 @@ pub(super) fn subtract_chunk(
         -1.0,
         Par::Seq,
     );
-    matmul(
+    subtract_product(
         below,
-        accumulate,
         left.subrows(first + width, rows - width),
-        across,
-        -1.0,
-        Par::Seq,
+        right.subrows(first, width),
+        accumulate,
     );
 }
 

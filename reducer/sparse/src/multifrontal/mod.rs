@@ -12,6 +12,7 @@ mod dense;
 mod elimination;
 mod fronts;
 mod kernels;
+mod product;
 mod solve;
 #[cfg(test)]
 mod tests;

@@ -359,7 +359,9 @@ impl<E: Elimination> Run<'_, E> {
                 }
             };
             add(self.matrix.stiffness, 1.0);
-            add(self.matrix.mass, self.matrix.shift);
+            if self.matrix.shift != 0.0 {
+                add(self.matrix.mass, self.matrix.shift);
+            }
         }
     }
 }
