@@ -44,7 +44,7 @@ TOOLS = (*OURS, *SOLVERS, "slepc-mumps", "slepc-mumps-mpi", "exudyn")
 COMPONENTS = (
     "conrod-10k,conrod-50k,conrod-150k,block-150k,plate-150k,conrod-400k,conrod-150k:100,conrod-400k:100,conrod-1M"
 )
-BYTES_PER_DOF = 20_000  # more than any tool takes
+BYTES_PER_DOF = 20_000  # more than any tool takes, up to 400k dofs
 THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
@@ -86,7 +86,7 @@ def fetch_memory(size):
         "for page in range(0, len(room), mmap.PAGESIZE): room[page] = 1"
     )
     start = time.monotonic()
-    subprocess.run([sys.executable, "-c", program, str(int(size))], check=True)
+    subprocess.run([sys.executable, "-c", program, str(size)], check=True)
     return round(time.monotonic() - start, 1)
 
 
@@ -197,10 +197,8 @@ class Bench:
         line = dict(kind="run", component=component, dofs=dofs, modes=modes, tool=tool, threads=threads, round=round_number)
         with tempfile.TemporaryDirectory(dir=self.options.data, prefix="run-") as folder:
             command, result = self.command(tool, part, modes, threads, folder)
-            half = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") // 2
-            told, failure, used = self.execute(
-                command, 1 if tool == "slepc-mumps-mpi" else threads, folder, min(BYTES_PER_DOF * dofs, half) if self.options.fetch_memory else 0,
-            )
+            memory = min(BYTES_PER_DOF * dofs, machine_memory() // 2) if self.options.fetch_memory else 0
+            told, failure, used = self.execute(command, 1 if tool == "slepc-mumps-mpi" else threads, folder, memory)
             line |= used
             if failure is None and tool in OURS:
                 with open(os.path.join(folder, "timings.json")) as file:
@@ -304,12 +302,17 @@ class Bench:
                         slow.add((tool, count))
 
 
+def machine_memory():
+    """Bytes."""
+    return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+
+
 def machine():
     with open("/proc/cpuinfo") as file:
         model = next((line.split(":")[1].strip() for line in file if line.startswith("model name")), platform.machine())
     with open("/proc/cpuinfo") as file:
         identity = [line.split(":")[1].strip() for line in file if line.startswith(("cpu family", "model\t"))][:2]
-    memory = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") / 2**30
+    memory = machine_memory() / 2**30
     return dict(cpu=f"{model} (family {identity[0]}, model {identity[1]})" if len(identity) == 2 else model, cores=os.cpu_count(),
                 memory_gb=round(memory, 1), python=platform.python_version())
 
