@@ -323,26 +323,30 @@ impl Solid {
             return None;
         }
         let d = component.dimension().coordinate_count();
-        let mut nodes = Vec::with_capacity(component.dofs.len() / d);
-        for node in 0..component.mesh.node_count() as u32 {
+        let solid = |node: u32| -> Option<Option<SolidNode>> {
+            let found = Direction::ALL.map(|direction| component.dofs.row(node, direction));
             let mut rows = [0; 3];
-            let mut present = 0;
-            for (c, row) in rows[..d].iter_mut().enumerate() {
-                if let Some(found) = component.dofs.row(node, Direction::ALL[c]) {
-                    *row = found as u32;
-                    present += 1;
-                }
+            for (row, found) in rows[..d].iter_mut().zip(found) {
+                *row = found.unwrap_or(0) as u32;
             }
-            match present {
-                0 => {}
-                all if all == d => nodes.push(SolidNode { node, rows }),
-                _ => return None,
+            match found[..d].iter().flatten().count() {
+                0 => Some(None),
+                all if all == d => Some(Some(SolidNode { node, rows })),
+                _ => None,
             }
-        }
+        };
+        let all = (0..component.mesh.node_count() as u32).into_par_iter();
+        let all: Vec<Option<SolidNode>> = all.map(solid).collect::<Option<_>>()?;
+        let nodes: Vec<SolidNode> = all.into_iter().flatten().collect();
         let same = nodes
             .par_iter()
             .all(|node| has_equal_directions(component, &node.rows[..d]));
         (d * nodes.len() == component.dofs.len() && same).then_some(Self { nodes })
+    }
+
+    /// Rows of ux.
+    pub fn rows_along_x(&self) -> impl Iterator<Item = u32> {
+        self.nodes.iter().map(|node| node.rows[0])
     }
 }
 

@@ -132,28 +132,30 @@ fn one_direction(component: &Component, model: &Model) -> Option<OneDirection> {
     if !model.frames.is_empty() {
         return None;
     }
-    Solid::of(component)?;
-    let along = component.dofs.nodal();
-    let mut dofs: Vec<u32> = along
-        .filter(|(_, dof)| dof.direction == Direction::Ux)
-        .map(|(row, _)| row as u32)
-        .collect();
+    let mut dofs: Vec<u32> = Solid::of(component)?.rows_along_x().collect();
     dofs.sort_unstable();
     let mut place = vec![u32::MAX; model.len()];
     for (new, dof) in dofs.iter().enumerate() {
         place[*dof as usize] = new as u32;
     }
-    let (mut starts, mut rows, mut values) = (vec![0_u32], Vec::new(), Vec::new());
-    for dof in &dofs {
-        let entries = model.mass.row_idx_of_col_raw(*dof as usize).iter();
-        for (row, value) in entries.zip(model.mass.val_of_col(*dof as usize)) {
-            if place[*row as usize] != u32::MAX && *value != 0.0 {
-                rows.push(place[*row as usize]);
-                values.push(*value);
-            }
-        }
-        starts.push(rows.len() as u32);
-    }
+    // Entries of each row, and where all of them start.
+    let entries = |dof: &u32| {
+        let rows = model.mass.row_idx_of_col_raw(*dof as usize).iter();
+        let all = rows.zip(model.mass.val_of_col(*dof as usize));
+        let along = all.map(|(row, value)| (place[*row as usize], *value));
+        along.filter(|(row, value)| *row != u32::MAX && *value != 0.0)
+    };
+    let counts: Vec<u32> = dofs
+        .par_iter()
+        .map(|dof| entries(dof).count() as u32)
+        .collect();
+    let starts: Vec<u32> = std::iter::once(0)
+        .chain(counts.iter().scan(0, |sum, count| {
+            *sum += count;
+            Some(*sum)
+        }))
+        .collect();
+    let (rows, values) = dofs.par_iter().flat_map_iter(entries).unzip();
     let pattern = SymbolicSparseColMat::new_checked(dofs.len(), dofs.len(), starts, None, rows);
     Some(OneDirection {
         mass: SparseMatrix::new(pattern, values),

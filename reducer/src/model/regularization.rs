@@ -8,11 +8,15 @@
 use dcb_formats::SparseMatrix;
 use dcb_sparse::factorization::{PositiveFactor, SymmetricFactor, Unfactorized};
 use faer::sparse::Triplet;
+use rayon::prelude::*;
 
 use crate::model::condensation::Model;
+use crate::model::mass_sign::diagonal;
 use crate::model::rigid_body::RigidBodyModes;
 use crate::model::shift::SpectrumScale;
 
+/// Rigid motions of a body in space, and directions of a dof.
+const MOTIONS: usize = 6;
 /// A support is refused if a spring would stop less than this part of the motion that the first one does.
 const LEAST_HOLD: f64 = 1e-3;
 /// Springs are of no use where rounding in K reaches this part of the first elastic eigenvalue.
@@ -99,19 +103,20 @@ fn springs(
 ) -> Option<Vec<Triplet<u32, u32, f64>>> {
     let amounts = model.unit_amounts(rigid.length);
     let places = stiff_dofs(model);
-    let r = rigid.count();
-    let row = |dof: &usize| -> Vec<f64> {
-        let motions = rigid.shapes.as_ref().row(*dof);
-        motions.iter().map(|x| x / amounts[*dof]).collect()
+    // Parts of six rigid motions at most; a body that has fewer has zeros beyond.
+    let row = |dof: &usize| -> [f64; MOTIONS] {
+        std::array::from_fn(|motion| match motion < rigid.count() {
+            true => rigid.shapes[(*dof, motion)] / amounts[*dof],
+            false => 0.0,
+        })
     };
-    let mut rows: Vec<Vec<f64>> = places.iter().map(row).collect();
-    let square = |row: &[f64]| row.iter().map(|x| x * x).sum::<f64>();
-    let mut springs = Vec::with_capacity(r);
+    let mut rows: Vec<[f64; MOTIONS]> = places.par_iter().map(row).collect();
+    let square = |row: &[f64; MOTIONS]| row.iter().map(|x| x * x).sum::<f64>();
+    let mut springs = Vec::with_capacity(rigid.count());
     let mut first = 0.0;
-    for _ in 0..r {
-        let largest =
-            (0..rows.len()).max_by(|a, b| square(&rows[*a]).total_cmp(&square(&rows[*b])))?;
-        let size = square(&rows[largest]);
+    for _ in 0..rigid.count() {
+        let sizes = rows.par_iter().map(square).enumerate();
+        let (largest, size) = sizes.max_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)))?;
         if springs.is_empty() {
             first = size;
         }
@@ -121,30 +126,31 @@ fn springs(
         let dof = places[largest];
         let stiffness = eigenvalue / size / (amounts[dof] * amounts[dof]);
         springs.push(Triplet::new(dof as u32, dof as u32, stiffness));
-        let held: Vec<f64> = rows[largest].iter().map(|x| x / size.sqrt()).collect();
-        for row in &mut rows {
+        let held = rows[largest].map(|x| x / size.sqrt());
+        rows.par_iter_mut().for_each(|row| {
             let along: f64 = row.iter().zip(&held).map(|(x, h)| x * h).sum();
             for (x, h) in row.iter_mut().zip(&held) {
                 *x -= along * h;
             }
-        }
+        });
     }
     Some(springs)
 }
 
 /// The stiffer half of the dofs of each direction: a support on a soft one would hardly hold the rest.
 fn stiff_dofs(model: &Model) -> Vec<usize> {
-    let mut directions: [Vec<(f64, usize)>; 6] = Default::default();
+    let stiffness = diagonal(&model.stiffness);
+    let mut directions: [Vec<usize>; MOTIONS] = Default::default();
     for (dof, of) in model.dofs.iter().enumerate() {
         if let Some(motion) = of.motion {
-            let stiffness = model.stiffness.as_ref().get(dof, dof).copied();
-            directions[motion.direction.index()].push((stiffness.unwrap_or(0.0), dof));
+            directions[motion.direction.index()].push(dof);
         }
     }
-    let stiffer_half = |mut places: Vec<(f64, usize)>| {
-        places.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    let stiffer_half = |mut places: Vec<usize>| {
+        let stiffer = |a: &usize, b: &usize| stiffness[*b].total_cmp(&stiffness[*a]);
+        places.par_sort_unstable_by(|a, b| stiffer(a, b).then(a.cmp(b)));
         places.truncate(places.len().div_ceil(2));
-        places.into_iter().map(|(_, dof)| dof)
+        places
     };
     directions.into_iter().flat_map(stiffer_half).collect()
 }

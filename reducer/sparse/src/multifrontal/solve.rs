@@ -12,8 +12,6 @@ use super::kernels::{Real, backward, forward};
 const CHUNK: usize = 2048;
 /// Rows turned to columns or back together, which stay in the nearest cache.
 const TILE: usize = 32;
-/// Columns of a cache line.
-const LINE: usize = 8;
 
 /// Replaces the columns of `block` (at most `N`, a multiple of 8) by the solutions of `L Lᵀ x = b`.
 pub fn solve_columns<T: Real, const N: usize>(
@@ -29,40 +27,25 @@ pub fn solve_columns<T: Real, const N: usize>(
     unpack(fronts, &x, block);
 }
 
-/// The right-hand sides by rows, in the order of elimination: turned to rows of a cache line first, so that whole lines are fetched from
-/// here and there.
+/// The right-hand sides by rows, in the order of elimination: turned to rows first, so that whole lines are fetched from here and there.
 fn packed<const N: usize>(fronts: &Fronts, block: MatRef<'_, f64>) -> Vec<[f64; N]> {
-    let mut x = vec![[0.0; N]; block.nrows()];
-    let mut lines = vec![[0.0; LINE]; block.nrows()];
-    for first in (0..block.ncols()).step_by(LINE) {
-        let columns = block.subcols(first, LINE.min(block.ncols() - first));
-        lines
-            .par_chunks_mut(CHUNK)
-            .zip(columns.par_row_chunks(CHUNK))
-            .for_each(|(lines, columns)| turn_to_lines(lines, columns));
-        x.par_chunks_mut(CHUNK)
-            .zip(fronts.forward.par_chunks(CHUNK))
-            .for_each(|(x, dofs)| {
-                for (x, dof) in x.iter_mut().zip(dofs) {
-                    x[first..first + LINE].copy_from_slice(&lines[*dof as usize]);
-                }
-            });
-    }
-    x
+    let tiles = (0..block.nrows().div_ceil(TILE)).into_par_iter();
+    let rows: Vec<[[f64; N]; TILE]> = tiles.map(|tile| turned(block, tile * TILE)).collect();
+    let rows = rows.as_flattened();
+    let order = fronts.forward.par_iter();
+    order.map(|dof| rows[*dof as usize]).collect()
 }
 
-fn turn_to_lines(lines: &mut [[f64; LINE]], columns: MatRef<'_, f64>) {
-    for (tile, lines) in lines.chunks_mut(TILE).enumerate() {
-        let block = columns.subrows(tile * TILE, lines.len());
-        for (column, values) in block.col_iter().enumerate() {
-            for (line, value) in lines.iter_mut().zip(values.iter()) {
-                line[column] = *value;
-            }
-        }
-        for line in lines {
-            line[columns.ncols()..].fill(0.0);
+/// Some rows from `first` on; zeros where there are none, and beyond the last column.
+fn turned<const N: usize>(block: MatRef<'_, f64>, first: usize) -> [[f64; N]; TILE] {
+    let mut rows = [[0.0; N]; TILE];
+    let block = block.subrows(first, TILE.min(block.nrows() - first));
+    for (column, values) in block.col_iter().enumerate() {
+        for (row, value) in rows.iter_mut().zip(values.iter()) {
+            row[column] = *value;
         }
     }
+    rows
 }
 
 /// The solution as columns, in the order of the dofs.
@@ -148,34 +131,36 @@ impl<T: Real, const N: usize> Solution<'_, T, N> {
         let fronts = self.fronts;
         let first = fronts.first_descendant(root);
         let base = fronts.columns(first).start;
-        // What fronts hand up, one above the other; a parent's children are on top when its turn comes.
-        let mut stack: Vec<[f64; N]> = Vec::new();
-        let mut w: Vec<[f64; N]> = Vec::new();
+        // The rows of fronts of even and of odd depth, one above the other; a parent's children are on top when its turn comes.
+        let mut stacks: [Vec<[f64; N]>; 2] = Default::default();
         for front in first..=root {
             let columns = fronts.columns(front);
             let own = &mut x[columns.start - base..columns.end - base];
-            w.clear();
-            w.extend_from_slice(own);
-            w.resize(fronts.row_count(front), [0.0; N]);
-            let children = fronts.children(front);
-            let height: usize = children
-                .iter()
-                .map(|child| fronts.update_size(*child as usize))
-                .sum();
-            let start = stack.len() - height;
-            let mut at = start;
+            let [even, odd] = &mut stacks;
+            let (to, from) = match (fronts.depth(root) - fronts.depth(front)) % 2 {
+                0 => (even, odd),
+                _ => (odd, even),
+            };
+            let start = to.len();
+            to.extend_from_slice(own);
+            to.resize(start + fronts.row_count(front), [0.0; N]);
+            let w = &mut to[start..];
+            let children = fronts.children(front).iter().map(|child| *child as usize);
+            let height: usize = children.clone().map(|child| fronts.row_count(child)).sum();
+            let mut at = from.len() - height;
+            let rest = at;
             for child in children {
-                let size = fronts.update_size(*child as usize);
-                self.add_update(*child as usize, &stack[at..at + size], &mut w);
-                at += size;
+                let end = at + fronts.row_count(child);
+                self.add_update(child, &from[end - fronts.update_size(child)..end], w);
+                at = end;
             }
-            forward(self.packed(front), self.fronts.column_count(front), &mut w);
-            let (solved, update) = w.split_at(own.len());
-            own.copy_from_slice(solved);
-            stack.truncate(start);
-            stack.extend_from_slice(update);
+            from.truncate(rest);
+            forward(self.packed(front), own.len(), w);
+            own.copy_from_slice(&w[..own.len()]);
         }
-        stack
+        let [mut of_root, _] = stacks;
+        of_root.drain(..fronts.column_count(root));
+        of_root
     }
 
     fn add_update(&self, child: usize, update: &[[f64; N]], w: &mut [[f64; N]]) {

@@ -3,7 +3,7 @@
 #![allow(clippy::needless_range_loop)] // loops of a constant length over several arrays, to be unrolled
 
 use super::registers::{ask_ahead, rows, scale, subtract_scaled};
-use super::{GROUP, Real, STRIP};
+use super::{Real, STRIP};
 
 /// Rows below that stay in the nearest cache while they serve all columns of a group.
 const ROWS: usize = 64;
@@ -21,50 +21,58 @@ impl<T: Real, const N: usize> pulp::WithSimd for Backward<'_, T, N> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, simd: S) {
-        // Registers of a row, those of them taken together, and columns of a strip taken together.
+        // Registers of a row, those of them taken together, columns whose sums are in registers together, and strips taken together.
         match (S::F64_LANES, N / S::F64_LANES) {
-            (8, 1) => front::<S, T, N, 1, 1, 8>(simd, self),
-            (8, 2) => front::<S, T, N, 2, 2, 8>(simd, self),
-            (8, 4) => front::<S, T, N, 4, 2, 8>(simd, self),
-            (_, 2) => front::<S, T, N, 2, 2, 4>(simd, self),
-            (_, 4) => front::<S, T, N, 4, 2, 4>(simd, self),
-            (_, 8) => front::<S, T, N, 8, 2, 4>(simd, self),
-            (_, 16) => front::<S, T, N, 16, 2, 4>(simd, self),
-            _ => front::<S, T, N, 32, 2, 4>(simd, self),
+            (8, 1) => front::<S, T, N, 1, 1, 8, 4>(simd, self),
+            (8, 2) => front::<S, T, N, 2, 2, 8, 4>(simd, self),
+            (8, 4) => front::<S, T, N, 4, 2, 8, 4>(simd, self),
+            (_, 2) => front::<S, T, N, 2, 2, 6, 3>(simd, self),
+            (_, 4) => front::<S, T, N, 4, 2, 6, 3>(simd, self),
+            (_, 8) => front::<S, T, N, 8, 2, 6, 3>(simd, self),
+            (_, 16) => front::<S, T, N, 16, 2, 6, 3>(simd, self),
+            _ => front::<S, T, N, 32, 2, 6, 3>(simd, self),
         }
     }
 }
 
 /// The strips of the forward sweep from the last to the first.
 #[inline(always)]
-fn front<S: pulp::Simd, T: Real, const N: usize, const R: usize, const C: usize, const D: usize>(
+fn front<
+    S: pulp::Simd,
+    T: Real,
+    const N: usize,
+    const R: usize,
+    const C: usize,
+    const D: usize,
+    const G: usize,
+>(
     simd: S,
     Backward { packed, columns, w }: Backward<'_, T, N>,
 ) {
     let (mut packed, mut first, w) = (packed, columns, rows::<S, N, R>(w));
     if columns & 1 != 0 {
         first -= 1;
-        packed = group::<S, T, R, C, 1, 1, 1>(simd, packed, &mut w[first..]);
+        packed = group::<S, T, R, C, D, 1, 1>(simd, packed, &mut w[first..]);
     }
     if columns & 2 != 0 {
         first -= 2;
-        packed = group::<S, T, R, C, 2, 2, 1>(simd, packed, &mut w[first..]);
+        packed = group::<S, T, R, C, D, 2, 1>(simd, packed, &mut w[first..]);
     }
     if columns & 4 != 0 {
         first -= 4;
-        packed = group::<S, T, R, C, 4, 4, 1>(simd, packed, &mut w[first..]);
+        packed = group::<S, T, R, C, D, 4, 1>(simd, packed, &mut w[first..]);
     }
     let strips = columns / STRIP;
-    first -= STRIP * (strips % GROUP);
-    packed = match strips % GROUP {
+    first -= STRIP * (strips % G);
+    packed = match strips % G {
         3 => group::<S, T, R, C, D, STRIP, 3>(simd, packed, &mut w[first..]),
         2 => group::<S, T, R, C, D, STRIP, 2>(simd, packed, &mut w[first..]),
         1 => group::<S, T, R, C, D, STRIP, 1>(simd, packed, &mut w[first..]),
         _ => packed,
     };
-    for _ in 0..strips / GROUP {
-        first -= STRIP * GROUP;
-        packed = group::<S, T, R, C, D, STRIP, GROUP>(simd, packed, &mut w[first..]);
+    for _ in 0..strips / G {
+        first -= STRIP * G;
+        packed = group::<S, T, R, C, D, STRIP, G>(simd, packed, &mut w[first..]);
     }
 }
 
@@ -98,24 +106,24 @@ fn group<
         false => -(bytes as isize),
     };
     for (number, known) in below.chunks(ROWS).enumerate() {
+        let mut factors = strips;
         for g in 0..G {
-            let at = W * (G - g) + number * ROWS;
-            let factors = &strips[g][at..at + known.len()];
-            let sums = &mut own[W * g..W * (g + 1)];
-            subtract::<S, T, R, C, D, W>(simd, factors, ahead, known, sums);
+            factors[g] = &strips[g][W * (G - g) + number * ROWS..][..known.len()];
         }
+        subtract::<S, T, R, C, D, W, G>(simd, factors, ahead, known, own);
     }
     for g in (0..G).rev() {
         let (open, solved) = own[W * g..].split_at_mut(W);
         let (triangle, inside) = strips[g].split_at(W);
-        let factors = &inside[..solved.len()];
-        subtract::<S, T, R, C, D, W>(simd, factors, ahead, solved, open);
+        let factors = [&inside[..solved.len()]];
+        subtract::<S, T, R, C, D, W, 1>(simd, factors, ahead, solved, open);
         solve::<S, T, R, W>(simd, triangle, open);
     }
     before
 }
 
-/// `sums -= factorsᵀ known`, `D` of the strip's columns and `C` registers of a row at a time; what stands `ahead` bytes behind the factors is asked for.
+/// `sums -= factorsᵀ known` for the columns of the strips, `D` of them at a time where so many are left, from one strip to the next; what stands
+/// `ahead` bytes behind the factors is asked for.
 #[inline(always)]
 fn subtract<
     S: pulp::Simd,
@@ -124,38 +132,94 @@ fn subtract<
     const C: usize,
     const D: usize,
     const W: usize,
+    const G: usize,
 >(
     simd: S,
-    factors: &[[T; W]],
+    strips: [&[[T; W]]; G],
     ahead: isize,
     known: &[[S::f64s; R]],
     sums: &mut [[S::f64s; R]],
 ) {
-    let mut column = 0;
-    while column < W {
-        let mut first = 0;
-        while first < R {
-            let mut own = [[simd.splat_f64s(0.0); C]; D];
-            for d in 0..D {
-                own[d].copy_from_slice(&sums[column + d][first..first + C]);
-            }
-            for (factors, known) in factors.iter().zip(known) {
-                // Row by row: many lines asked for at once make the arithmetic wait.
-                if column + first == 0 {
-                    ask_ahead(factors, ahead);
-                }
-                let mut x = [simd.splat_f64s(0.0); C];
-                x.copy_from_slice(&known[first..first + C]);
-                for d in 0..D {
-                    subtract_scaled(simd, &mut own[d], factors[column + d].wide(), &x);
-                }
-            }
-            for d in 0..D {
-                sums[column + d][first..first + C].copy_from_slice(&own[d]);
-            }
-            first += C;
+    match (D, W, G) {
+        (6, STRIP, 3) => {
+            let [one, two, three] = [strips[0], strips[1], strips[2]];
+            tile::<S, T, R, C, W, 6, 0>(simd, [one, one], 0, ahead, known, &mut sums[..6]);
+            tile::<S, T, R, C, W, 2, 4>(simd, [one, two], 6, ahead, known, &mut sums[6..12]);
+            tile::<S, T, R, C, W, 4, 2>(simd, [two, three], 4, ahead, known, &mut sums[12..18]);
+            tile::<S, T, R, C, W, 6, 0>(simd, [three, three], 2, ahead, known, &mut sums[18..]);
         }
-        column += D;
+        (6, STRIP, 2) => {
+            let [one, two] = [strips[0], strips[1]];
+            tile::<S, T, R, C, W, 6, 0>(simd, [one, one], 0, ahead, known, &mut sums[..6]);
+            tile::<S, T, R, C, W, 2, 4>(simd, [one, two], 6, ahead, known, &mut sums[6..12]);
+            tile::<S, T, R, C, W, 4, 0>(simd, [two, two], 4, ahead, known, &mut sums[12..]);
+        }
+        (6, STRIP, _) => {
+            let (left, right) = sums.split_at_mut(4);
+            let one = strips[0];
+            tile::<S, T, R, C, W, 4, 0>(simd, [one, one], 0, ahead, known, left);
+            tile::<S, T, R, C, W, 4, 0>(simd, [one, one], 4, ahead, known, right);
+        }
+        _ => {
+            for (one, sums) in strips.into_iter().zip(sums.chunks_mut(W)) {
+                tile::<S, T, R, C, W, W, 0>(simd, [one, one], 0, ahead, known, sums);
+            }
+        }
+    }
+}
+
+/// `A` columns of a strip from `column` on and the first `B` of the next, `C` registers of a row at a time.
+#[inline(always)]
+fn tile<
+    S: pulp::Simd,
+    T: Real,
+    const R: usize,
+    const C: usize,
+    const W: usize,
+    const A: usize,
+    const B: usize,
+>(
+    simd: S,
+    [strip, next]: [&[[T; W]]; 2],
+    column: usize,
+    ahead: isize,
+    known: &[[S::f64s; R]],
+    sums: &mut [[S::f64s; R]],
+) {
+    let mut first = 0;
+    while first < R {
+        let mut own = [[simd.splat_f64s(0.0); C]; A];
+        let mut beside = [[simd.splat_f64s(0.0); C]; B];
+        for d in 0..A {
+            own[d].copy_from_slice(&sums[d][first..first + C]);
+        }
+        for d in 0..B {
+            beside[d].copy_from_slice(&sums[A + d][first..first + C]);
+        }
+        for ((factors, next), known) in strip.iter().zip(next).zip(known) {
+            // Row by row, each strip once: many lines asked for at once make the arithmetic wait.
+            if first == 0 && column == 0 {
+                ask_ahead(factors, ahead);
+            }
+            if first == 0 && B > 0 {
+                ask_ahead(next, ahead);
+            }
+            let mut x = [simd.splat_f64s(0.0); C];
+            x.copy_from_slice(&known[first..first + C]);
+            for d in 0..A {
+                subtract_scaled(simd, &mut own[d], factors[column + d].wide(), &x);
+            }
+            for d in 0..B {
+                subtract_scaled(simd, &mut beside[d], next[d].wide(), &x);
+            }
+        }
+        for d in 0..A {
+            sums[d][first..first + C].copy_from_slice(&own[d]);
+        }
+        for d in 0..B {
+            sums[A + d][first..first + C].copy_from_slice(&beside[d]);
+        }
+        first += C;
     }
 }
 

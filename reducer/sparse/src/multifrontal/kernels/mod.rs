@@ -1,8 +1,9 @@
 //! The inner loops of triangular solutions: one front's columns against some right-hand sides, whose rows stand together.
 //!
 //! As many sums are held in registers as the machine has room for: rows times registers of a row when the solved rows are taken
-//! from those below (`forward`), columns times registers of a row the other way round (`backward`). Four strips of columns go
-//! together, so that a sum is loaded and stored once for 32 products.
+//! from those below (`forward`), columns times registers of a row the other way round (`backward`). Some strips of columns go
+//! together: forward, a sum is loaded and stored once for the products of four; backward, six columns have their sums in the sixteen
+//! registers of AVX2, and three strips are four times six columns.
 
 mod backward;
 mod forward;
@@ -17,7 +18,7 @@ use super::dense::Trapezoid;
 
 /// Columns of a whole strip.
 const STRIP: usize = 8;
-/// Strips taken together.
+/// Strips taken together in the forward sweep.
 const GROUP: usize = 4;
 /// Threads share the packing of a front of so many entries.
 const LARGE: usize = 1 << 18;
@@ -118,4 +119,76 @@ pub fn forward<T: Real, const N: usize>(packed: &[T], columns: usize, w: &mut [[
 /// `w₁ = L₁₁⁻ᵀ (w₁ - L₂₁ᵀ w₂)`.
 pub fn backward<T: Real, const N: usize>(packed: &[T], columns: usize, w: &mut [[f64; N]]) {
     pulp::Arch::new().dispatch(Backward { packed, columns, w });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn entry(i: usize, j: usize) -> f64 {
+        ((1 + i) as f64 * (2 + j) as f64).sin() + if i == j { 4.0 } else { 0.0 }
+    }
+
+    /// Both sweeps of one front against sums entry by entry.
+    fn sweeps_are_substitutions<const N: usize>(columns: usize, below: usize) {
+        let layout = Trapezoid {
+            rows: columns + below,
+            columns,
+        };
+        let mut values = vec![0.0; layout.len()];
+        for column in 0..columns {
+            let (range, first) = layout.column(column);
+            for (row, value) in (first..).zip(&mut values[range]) {
+                *value = entry(row, column);
+            }
+        }
+        let mut packed = vec![0.0_f64; packed_length(layout.rows, columns)];
+        pack(&values, layout, &mut packed);
+        let given: Vec<[f64; N]> = (0..layout.rows)
+            .map(|row| std::array::from_fn(|l| ((row * (l + 2)) as f64).cos()))
+            .collect();
+        let (mut down, mut up) = (given.clone(), given);
+        let (mut solved, mut open) = (down.clone(), up.clone());
+        forward(&packed, columns, &mut down);
+        backward(&packed, columns, &mut up);
+        for l in 0..N {
+            for row in 0..layout.rows {
+                for column in 0..row.min(columns) {
+                    solved[row][l] -= entry(row, column) * solved[column][l];
+                }
+                if row < columns {
+                    solved[row][l] /= entry(row, row);
+                }
+            }
+            for column in (0..columns).rev() {
+                for row in column + 1..layout.rows {
+                    open[column][l] -= entry(row, column) * open[row][l];
+                }
+                open[column][l] /= entry(column, column);
+            }
+        }
+        for (found, expected) in [(&down, &solved), (&up, &open)] {
+            let size = expected
+                .as_flattened()
+                .iter()
+                .fold(1.0, |size: f64, value| size.max(value.abs()));
+            for (found, expected) in found.as_flattened().iter().zip(expected.as_flattened()) {
+                assert!(
+                    (found - expected).abs() < 1e-12 * size,
+                    "{columns} + {below}, {N}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn sweeps_of_any_front_are_substitutions() {
+        for columns in (1..=34).chain([48, 55, 71]) {
+            for below in [0, 1, 5, 64, 150] {
+                sweeps_are_substitutions::<8>(columns, below);
+                sweeps_are_substitutions::<16>(columns, below);
+                sweeps_are_substitutions::<32>(columns, below);
+            }
+        }
+    }
 }
