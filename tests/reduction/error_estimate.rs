@@ -5,6 +5,7 @@ use dcb_formats::dcb::read_superelement;
 use dcb_formats::scene::Compatibility;
 use dcb_reducer::{EnrichmentSource, Reduction};
 use dcb_samples::{SolidElement, UnitScale, in_units};
+use dcb_superelement::FrequencyBand;
 use dcb_superelement::error_bounds::{Bracket, ErrorBounds, Estimate};
 use dcb_tests::error_estimate::{
     LOSS_FACTOR, Outcome, System, attached, cases, outcomes, truth, with_interface_modes,
@@ -158,6 +159,47 @@ fn some_rows_alone_and_rows_that_only_move() {
                     let left = (error - found.difference[(i, j)]).norm();
                     let bound = found.radius[(i, j)] + 1e-11 * exact.norm_max();
                     assert!(left < bound, "{row} {j} {left:e} {bound:e}");
+                }
+            }
+        }
+    }
+}
+
+/// Most points aren't looked at: their errors can't be the largest.
+#[test]
+fn a_band_has_the_largest_errors_of_its_points() {
+    let mut all = cases();
+    all.push(with_interface_modes());
+    for case in all {
+        let reduced = with(&case.component, &case.options);
+        for form in [Compatibility::Strong, Compatibility::Static] {
+            let bounds = ErrorBounds::of(&reduced.superelement, form)
+                .unwrap()
+                .unwrap();
+            let rows = bounds.attached_rows();
+            let wide = 0.81 * reduced.superelement.modes.first_omitted_eigenvalue;
+            for band in [
+                bounds.usual_band(200).unwrap(),
+                bounds.band(None, wide, 200),
+            ] {
+                let of = |band: &FrequencyBand| bounds.responses(&rows, band, LOSS_FACTOR).unwrap();
+                let found = of(&band);
+                let points = band.squares.iter().map(|square| {
+                    of(&FrequencyBand {
+                        squares: vec![*square],
+                    })
+                });
+                let points: Vec<_> = points.collect();
+                for (kind, found) in found.iter().enumerate() {
+                    let largest = |of: fn(&Bracket) -> f64| {
+                        let sides = points.iter().map(|point| of(&point[kind].largest));
+                        sides.fold(0.0, f64::max)
+                    };
+                    let expected = [largest(|of| of.lower), largest(|of| of.upper)];
+                    let Bracket { lower, upper } = found.largest;
+                    assert_eq!([lower, upper], expected, "{} {form:?} {kind}", case.name);
+                    let at = points.iter().find(|point| point[kind].at == found.at);
+                    assert_eq!(at.unwrap()[kind].largest.upper, upper);
                 }
             }
         }

@@ -27,7 +27,13 @@ const licences = await Promise.all(
     return `${name} ${version}\n\n${text.trim()}\n`;
   }),
 );
-await writeFile(new URL("viewer.js", bundle), script);
-await writeFile(new URL("viewer.css", bundle), style);
-await writeFile(new URL("LICENSES.txt", bundle), licences.join("\n----\n\n"));
+// A file that stays as it is keeps its time, or everything that it is built into would be built again.
+const write = async (name, text) => {
+  const file = new URL(name, bundle);
+  const before = await readFile(file, "utf8").catch(() => null);
+  if (text !== before) await writeFile(file, text);
+};
+await write("viewer.js", script);
+await write("viewer.css", style);
+await write("LICENSES.txt", licences.join("\n----\n\n"));
 console.log(`viewer.js ${script.length} bytes, viewer.css ${style.length} bytes`);

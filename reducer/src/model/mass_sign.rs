@@ -138,23 +138,18 @@ fn one_direction(component: &Component, model: &Model) -> Option<OneDirection> {
     for (new, dof) in dofs.iter().enumerate() {
         place[*dof as usize] = new as u32;
     }
-    // Entries of each row, and where all of them start.
     let entries = |dof: &u32| {
         let rows = model.mass.row_idx_of_col_raw(*dof as usize).iter();
         let all = rows.zip(model.mass.val_of_col(*dof as usize));
         let along = all.map(|(row, value)| (place[*row as usize], *value));
         along.filter(|(row, value)| *row != u32::MAX && *value != 0.0)
     };
-    let counts: Vec<u32> = dofs
-        .par_iter()
-        .map(|dof| entries(dof).count() as u32)
-        .collect();
-    let starts: Vec<u32> = std::iter::once(0)
-        .chain(counts.iter().scan(0, |sum, count| {
-            *sum += count;
-            Some(*sum)
-        }))
-        .collect();
+    let count = |dof: &u32| entries(dof).count() as u32;
+    let mut starts = vec![0];
+    starts.par_extend(dofs.par_iter().map(count));
+    for row in 0..dofs.len() {
+        starts[row + 1] += starts[row];
+    }
     let (rows, values) = dofs.par_iter().flat_map_iter(entries).unzip();
     let pattern = SymbolicSparseColMat::new_checked(dofs.len(), dofs.len(), starts, None, rows);
     Some(OneDirection {

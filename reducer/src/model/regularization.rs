@@ -6,6 +6,7 @@
 //! solution instead. It is for bodies with further motions that have no stiffness: `K + P` is singular then, `K + σ M` isn't.
 
 use dcb_formats::SparseMatrix;
+use dcb_formats::mesh::Direction;
 use dcb_sparse::factorization::{PositiveFactor, SymmetricFactor, Unfactorized};
 use faer::sparse::Triplet;
 use rayon::prelude::*;
@@ -15,8 +16,8 @@ use crate::model::mass_sign::diagonal;
 use crate::model::rigid_body::RigidBodyModes;
 use crate::model::shift::SpectrumScale;
 
-/// Rigid motions of a body in space, and directions of a dof.
-const MOTIONS: usize = 6;
+/// As many as a body has rigid motions in space.
+const DIRECTIONS: usize = Direction::ALL.len();
 /// A support is refused if a spring would stop less than this part of the motion that the first one does.
 const LEAST_HOLD: f64 = 1e-3;
 /// Springs are of no use where rounding in K reaches this part of the first elastic eigenvalue.
@@ -104,14 +105,14 @@ fn springs(
     let amounts = model.unit_amounts(rigid.length);
     let places = stiff_dofs(model);
     // Parts of six rigid motions at most; a body that has fewer has zeros beyond.
-    let row = |dof: &usize| -> [f64; MOTIONS] {
+    let row = |dof: &usize| -> [f64; DIRECTIONS] {
         std::array::from_fn(|motion| match motion < rigid.count() {
             true => rigid.shapes[(*dof, motion)] / amounts[*dof],
             false => 0.0,
         })
     };
-    let mut rows: Vec<[f64; MOTIONS]> = places.par_iter().map(row).collect();
-    let square = |row: &[f64; MOTIONS]| row.iter().map(|x| x * x).sum::<f64>();
+    let mut rows: Vec<[f64; DIRECTIONS]> = places.par_iter().map(row).collect();
+    let square = |row: &[f64; DIRECTIONS]| row.iter().map(|x| x * x).sum::<f64>();
     let mut springs = Vec::with_capacity(rigid.count());
     let mut first = 0.0;
     for _ in 0..rigid.count() {
@@ -140,7 +141,7 @@ fn springs(
 /// The stiffer half of the dofs of each direction: a support on a soft one would hardly hold the rest.
 fn stiff_dofs(model: &Model) -> Vec<usize> {
     let stiffness = diagonal(&model.stiffness);
-    let mut directions: [Vec<usize>; MOTIONS] = Default::default();
+    let mut directions: [Vec<usize>; DIRECTIONS] = Default::default();
     for (dof, of) in model.dofs.iter().enumerate() {
         if let Some(motion) = of.motion {
             directions[motion.direction.index()].push(dof);

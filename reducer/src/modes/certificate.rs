@@ -8,6 +8,10 @@ use crate::error::Error;
 use crate::model::condensation::Model;
 use crate::model::rigid_body::RigidBodyModes;
 use crate::modes::free_modes::FreeModes;
+use crate::modes::lanczos::{Lanczos, RitzPairs};
+
+/// Steps that a search goes on for its proof. Each damps what it hasn't found several times more, and costs much less than a count.
+const FURTHER_STEPS: usize = 2;
 
 /// How it is known that no mode is missing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -42,6 +46,41 @@ pub struct ModeCount {
     /// How the first number is known; always by the inertia in files of older versions.
     #[serde(default)]
     pub proof: Proof,
+}
+
+/// Notes below which eigenvalue the search, whose first `kept` pairs became these modes, has missed none, if it can tell. `rounding` and `mass_part` as in
+/// [`Lanczos::has_all_below`].
+///
+/// # Errors
+/// Those of a step.
+pub(crate) fn prove_by_search(
+    modes: &mut FreeModes,
+    search: &mut Lanczos<'_>,
+    mut pairs: RitzPairs,
+    kept: usize,
+    rounding: f64,
+    mass_part: f64,
+) -> Result<(), Error> {
+    let Some((limit, _)) = modes.certificate_shift() else {
+        return Ok(());
+    };
+    if !(modes.first_omitted.is_finite() && rounding > 0.0) {
+        return Ok(());
+    }
+    for further in 0..=FURTHER_STEPS {
+        if search.has_all_below(&pairs, kept, limit, rounding, mass_part) {
+            modes.complete_below = Some(limit);
+            break;
+        }
+        let is_over = !search.is_of_one_start() || search.is_exhausted() || search.is_full();
+        if is_over || further == FURTHER_STEPS {
+            break;
+        }
+        search.step()?;
+        modes.iterations += 1;
+        pairs = search.ritz_pairs()?;
+    }
+    Ok(())
 }
 
 impl ModeCount {

@@ -23,9 +23,13 @@ use faer::{Mat, MatRef};
 
 /// The chance of an error that is accepted, for all eigenvectors together.
 pub(super) const CHANCE: f64 = 1e-12;
-/// Relative half widths of the intervals around the Ritz values that were found; wide ones say more about how many eigenvalues they hold, narrow ones keep
-/// close roots apart.
+/// Ritz values that are within four times this part of each other are looked at together, as one root; wide groups say less about how many eigenvalues they
+/// hold, narrow ones less about what is between them.
 const WIDTHS: [f64; 5] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6];
+/// An interval takes this part of what is between two groups, on either side: inside one more has to be excluded than between them.
+const PART_OF_GAP: f64 = 0.25;
+/// The largest relative half width of an interval around a group.
+const WIDEST: f64 = 1e-2;
 /// Rounding in H and its eigenvectors, over its largest eigenvalue: some times what was found with exact solutions.
 const PROJECTED: f64 = 200.0 * f64::EPSILON;
 /// A cell of the axis is this part of its centre's distance from the Ritz values left out,
@@ -43,8 +47,6 @@ pub(super) struct KrylovSpace<'a> {
     pub start: MatRef<'a, f64>,
     /// ρ_i, (next block, pairs).
     pub leaving: MatRef<'a, f64>,
-    /// n.
-    pub dofs: usize,
     /// The chance of an error that is accepted.
     pub chance: f64,
     /// A motion u has mass if uᵀ M u is more than this part of uᵀ D u.
@@ -62,30 +64,31 @@ impl KrylovSpace<'_> {
         if !(limit > pole && pole > 0.0) {
             return false;
         }
-        // The interval of the last one found is above the limit.
-        let is_apart = |width: &f64| match found {
-            0 => true,
-            _ => self.values[found - 1] * (1.0 - width) > limit,
-        };
-        let allowed = self.allowed();
+        if found > 0 && self.values[found - 1] <= limit {
+            return false;
+        }
+        let allowed = self.allowed(found);
         WIDTHS
             .iter()
-            .filter(|width| is_apart(width))
-            .any(|width| self.has_all_at(*width, found, limit, &allowed))
+            .map(|width| self.groups(*width, found, limit))
+            .any(|groups| self.has_all_beside(&groups, found, limit, &allowed))
     }
 
-    /// δ √mass_part for shares of 1, 2, … eigenvectors. Any that follow each other may be the ones: as many choices as dofs.
-    fn allowed(&self) -> Vec<f64> {
+    /// δ √mass_part for shares of 1, 2, … eigenvectors.
+    ///
+    /// If more eigenvalues than `found` are above the limit, one of the largest `found + 1` is outside of all intervals, or one interval has more of these than Ritz
+    /// values. So that many eigenvectors, and as many runs of each length among them, must not have small shares.
+    fn allowed(&self, found: usize) -> Vec<f64> {
         let block = self.start.nrows();
-        let chance = self.chance / (self.dofs as f64 * block as f64);
+        let chance = self.chance / ((found + 1) as f64 * block as f64);
         (1..=block)
             .map(|count| smallest_singular_value(block, count, chance) * self.mass_part.sqrt())
             .collect()
     }
 
-    /// With intervals of one width; there are more Ritz values than `found`.
-    fn has_all_at(&self, width: f64, found: usize, limit: f64, allowed: &[f64]) -> bool {
-        let (groups, pole) = (self.groups(width, found), self.values[found]);
+    /// With intervals around these groups; there are more Ritz values than `found`.
+    fn has_all_beside(&self, groups: &[Group], found: usize, limit: f64, allowed: &[f64]) -> bool {
+        let pole = self.values[found];
         let mut low = limit;
         for _ in 0..CELLS {
             let reach = (low - pole) / (1.0 - CELL);
@@ -94,25 +97,34 @@ impl KrylovSpace<'_> {
                 half: CELL * reach,
                 low,
             };
-            let left_out = self.series(&cell, found);
-            // No eigenvalue of its own,
-            let alone = self.share(&cell, left_out, width, found, 0..0) / low;
-            let mut is_excluded = alone <= allowed[0];
-            // and none beside those that were found.
-            for group in &groups {
-                let (least, most) = self.interval(width, group);
-                if most < low || least > cell.high() {
+            let left_out = self.left_out(&cell, found);
+            let share =
+                |theta: f64, but: Range<usize>| left_out + self.of_found(theta, &cell, found, but);
+            // No eigenvalue of its own between the intervals,
+            let ends = groups.iter().flat_map(|group| [group.least, group.most]);
+            let ends = ends
+                .chain([low, cell.high()])
+                .filter(|end| cell.has(*end) && !groups.iter().any(|group| group.is_around(*end)));
+            let mut is_excluded = ends
+                .map(|end| share(end, 0..0) / low)
+                .all(|alone| alone <= allowed[0]);
+            // and in each none beside those that were found.
+            for group in groups {
+                let [first, last] = [group.least.max(low), group.most.min(cell.high())];
+                if first > last {
                     continue;
                 }
-                let more = ((group.len() + 1) as f64).sqrt();
-                let share = self.share(&cell, left_out, width, found, group.clone()) / least;
-                is_excluded &= more * share <= allowed.get(group.len()).copied().unwrap_or(0.0);
+                let count = group.values.len();
+                let more = ((count + 1) as f64).sqrt();
+                let most =
+                    share(first, group.values.clone()).max(share(last, group.values.clone()));
+                is_excluded &= more * most / first <= allowed.get(count).copied().unwrap_or(0.0);
             }
             if !is_excluded {
                 return false;
             }
             low = cell.centre + cell.half;
-            let top = self.values[0] * (1.0 + width);
+            let top = groups.first().map_or(self.values[0], |first| first.most);
             if low > 2.0 * top && self.bound_beyond(low) <= allowed[0] {
                 return true;
             }
@@ -120,27 +132,38 @@ impl KrylovSpace<'_> {
         false
     }
 
-    /// Found Ritz values whose intervals touch, or nearly.
-    fn groups(&self, width: f64, found: usize) -> Vec<Range<usize>> {
+    /// Found Ritz values that are nearly one, with intervals above the limit that don't overlap.
+    fn groups(&self, width: f64, found: usize, limit: f64) -> Vec<Group> {
         let mut groups: Vec<Range<usize>> = Vec::new();
         for i in 0..found {
-            let value = self.values[i];
             match groups.last_mut() {
-                Some(group) if self.values[i - 1] - value <= 4.0 * width * self.values[i - 1] => {
-                    group.end = i + 1;
-                }
+                Some(group) if self.gap(i) <= 4.0 * width * self.values[i - 1] => group.end = i + 1,
                 _ => groups.push(i..i + 1),
             }
         }
-        groups
+        let group = |values: Range<usize>| {
+            let [first, last] = [self.values[values.start], self.values[values.end - 1]];
+            let above = match values.start {
+                0 => f64::INFINITY,
+                start => PART_OF_GAP * self.gap(start),
+            };
+            let below = match values.end == found {
+                true => last - limit,
+                false => PART_OF_GAP * self.gap(values.end),
+            };
+            let half_width = above.min(below).min(WIDEST * last);
+            Group {
+                least: last - half_width,
+                most: first + half_width,
+                values,
+            }
+        };
+        groups.into_iter().map(group).collect()
     }
 
-    /// Where eigenvalues close to those of a group are.
-    fn interval(&self, width: f64, group: &Range<usize>) -> (f64, f64) {
-        (
-            self.values[group.end - 1] * (1.0 - width),
-            self.values[group.start] * (1.0 + width),
-        )
+    /// Between a Ritz value and the one above it.
+    fn gap(&self, i: usize) -> f64 {
+        self.values[i - 1] - self.values[i]
     }
 
     /// The most that the Ritz values left out let through in a cell, ‖Σ γ_i ρ_iᵀ / (θ - θ_i)‖: a series about its centre.
@@ -168,25 +191,19 @@ impl KrylovSpace<'_> {
         sum + remainder.sum::<f64>()
     }
 
-    /// The largest |z| in a cell of an eigenvector that is at least `width` from the Ritz values found, those of `but` aside.
-    fn share(
-        &self,
-        cell: &Cell,
-        left_out: f64,
-        width: f64,
-        found: usize,
-        but: Range<usize>,
-    ) -> f64 {
-        let mut sum = left_out + self.start_rounding(cell.high());
-        for i in (0..self.values.len()).filter(|i| !but.contains(i)) {
-            let mut apart = cell.distance(self.values[i]);
-            if i < found {
-                apart = apart.max(width * self.values[i]);
-                sum += self.size(i) / apart;
-            }
-            sum += self.rounded(i, cell.high()) / apart;
-        }
-        sum
+    /// What the Ritz values left out, and rounding in the start, add to |z| in a cell.
+    fn left_out(&self, cell: &Cell, found: usize) -> f64 {
+        let rounded = (found..self.values.len())
+            .map(|i| self.rounded(i, cell.high()) / (cell.low - self.values[i]));
+        self.series(cell, found) + rounded.sum::<f64>() + self.start_rounding(cell.high())
+    }
+
+    /// What the Ritz values found, but for some, add to |z| at θ in a cell. Between them this is convex: the most of a piece of the axis is at its ends.
+    fn of_found(&self, theta: f64, cell: &Cell, found: usize, but: Range<usize>) -> f64 {
+        (0..found)
+            .filter(|i| !but.contains(i))
+            .map(|i| (self.size(i) + self.rounded(i, cell.high())) / (theta - self.values[i]).abs())
+            .sum()
     }
 
     /// The largest |z|/θ from a value on that is above all Ritz values.
@@ -213,6 +230,22 @@ impl KrylovSpace<'_> {
     }
 }
 
+/// Ritz values that are looked at as one root.
+struct Group {
+    /// Their places.
+    values: Range<usize>,
+    /// Ends of the interval in which its eigenvalues are.
+    least: f64,
+    most: f64,
+}
+
+impl Group {
+    /// Whether a value is inside the interval.
+    fn is_around(&self, value: f64) -> bool {
+        self.least < value && value < self.most
+    }
+}
+
 /// A piece of the axis of θ.
 pub(super) struct Cell {
     pub centre: f64,
@@ -225,8 +258,8 @@ impl Cell {
         self.centre + self.half
     }
 
-    fn distance(&self, value: f64) -> f64 {
-        (self.low - value).max(value - self.high()).max(0.0)
+    fn has(&self, value: f64) -> bool {
+        self.low <= value && value <= self.high()
     }
 }
 

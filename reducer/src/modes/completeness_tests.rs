@@ -50,7 +50,6 @@ impl Run {
             values: &self.values,
             start: self.start.as_ref(),
             leaving: self.leaving.as_ref(),
-            dofs: self.shares.nrows(),
             chance,
             mass_part: 1.0,
             rounding: 0.0,

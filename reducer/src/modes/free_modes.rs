@@ -20,6 +20,7 @@ use crate::error::{Error, MatrixRefusal};
 use crate::model::condensation::Model;
 use crate::model::rigid_body::RigidBodyModes;
 use crate::model::shift::AbsoluteForces;
+use crate::modes::certificate::prove_by_search;
 use crate::modes::lanczos::{Lanczos, RitzPairs};
 use crate::modes::multiplet::{canonical_basis, clusters};
 use crate::observer::Observer;
@@ -209,15 +210,10 @@ impl FreeModes {
                 modes = Self::of_subspace(model, known, x, kept, search.wanted, iterations)?;
             }
             if modes.unconverged().count() == 0 {
-                let refined = factor.least_accurate().residual / f64::EPSILON;
-                let rounding = modes.rounding() * refined.max(1.0);
-                if let (Some(part), Some((limit, _))) =
-                    (search.mass_part, modes.certificate_shift())
-                    && modes.first_omitted.is_finite()
-                    && rounding > 0.0
-                {
-                    let has_all = lanczos.has_all_below(&pairs, kept, limit, rounding, part);
-                    modes.complete_below = has_all.then_some(limit);
+                if let Some(part) = search.mass_part {
+                    let refined = factor.least_accurate().residual / f64::EPSILON;
+                    let rounding = modes.rounding() * refined.max(1.0);
+                    prove_by_search(&mut modes, &mut lanczos, pairs, kept, rounding, part)?;
                 }
                 return Ok(modes);
             }

@@ -420,12 +420,16 @@ impl<'a> Lanczos<'a> {
             values: &values,
             start: shares.as_ref(),
             leaving: pairs.leaving.as_ref(),
-            dofs: self.model.len(),
             chance: CHANCE,
             mass_part,
             rounding,
         };
         space.has_all(found, inverse(limit))
+    }
+
+    /// Whether the basis is one Krylov space of its start block, without which nothing is known of what it left out.
+    pub fn is_of_one_start(&self) -> bool {
+        self.start.is_some()
     }
 
     /// Whether a Ritz value can't be told from that of a motion without stiffness before its vector is sharpened.

@@ -19,7 +19,8 @@ pub fn block_width(wanted: usize) -> usize {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum BasisSize {
-    /// Rarely: three times the modes and guard vectors, or room for twenty-two blocks beside these.
+    /// Rarely: three times the modes and guard vectors with eight blocks, or room for twenty-two blocks beside these. A search that isn't restarted can prove that it
+    /// missed no mode.
     Comfortable,
     /// Again and again, with room for a few blocks: about half as large, for where memory is short.
     Short,
@@ -29,7 +30,7 @@ impl BasisSize {
     /// Columns kept for `guarded` modes and guard vectors, without the block that comes next.
     pub fn columns(self, guarded: usize, block: usize) -> usize {
         match self {
-            Self::Comfortable => (3 * guarded).max(guarded + 22 * block),
+            Self::Comfortable => (3 * guarded + 8 * block).max(guarded + 22 * block),
             Self::Short => guarded + guarded / 2 + 3 * block,
         }
     }

@@ -2,8 +2,6 @@
 
 use std::ops::Range;
 
-use faer::Mat;
-
 use super::deviation::Deviation;
 use super::{Bracket, bracket};
 
@@ -16,11 +14,28 @@ pub(super) enum InterfacePairs {
     Transfer,
 }
 
-/// Squares of Frobenius norms over the blocks of interfaces.
+impl InterfacePairs {
+    pub(super) const ALL: [Self; 2] = [Self::Collocated, Self::Transfer];
+
+    /// Of which kind a pair is.
+    pub(super) fn of(a: usize, b: usize) -> Self {
+        match a == b {
+            true => Self::Collocated,
+            false => Self::Transfer,
+        }
+    }
+}
+
+/// Squares of Frobenius norms over the blocks of interfaces, by kind of pair where there are two.
 pub(super) struct Blocks {
-    known: [f64; 2],
-    whole: [f64; 2],
-    margin: [f64; 2],
+    /// Of the known part.
+    pub known: [f64; 2],
+    /// Of H, as far as it is known.
+    pub whole: [f64; 2],
+    /// Of the bound of the rest between the rows of each interface.
+    pub own: Vec<f64>,
+    /// Of the rounding, for each pair of interfaces that has a block.
+    pub rounding: Vec<(usize, usize, f64)>,
 }
 
 impl Blocks {
@@ -32,15 +47,13 @@ impl Blocks {
     ) -> Self {
         let count = interface.iter().max().map_or(0, |most| most + 1);
         let of_row = |i: usize| interface[rows[i]];
-        // ‖N_aa‖ for each interface.
         let mut own = vec![0.0_f64; count];
         for j in 0..rows.len() {
             for i in (0..rows.len()).filter(|i| of_row(*i) == of_row(j)) {
                 own[of_row(j)] += found.rest[(i, j)].norm_sqr();
             }
         }
-        let mut rounding = Mat::<f64>::zeros(count, count);
-        let mut present = Mat::<f64>::zeros(count, count);
+        let mut rounding: Vec<Option<f64>> = vec![None; count * count];
         let (mut known_sum, mut whole_sum) = ([0.0; 2], [0.0; 2]);
         // Rows of one interface that stand together.
         let mut runs: Vec<(usize, Range<usize>)> = Vec::new();
@@ -66,30 +79,33 @@ impl Blocks {
                     of_whole += re * re + im * im;
                     of_rounding += (of_sums[i] + of_modes[i]).powi(2);
                 }
-                let kind = usize::from(*a != b);
+                let kind = InterfacePairs::of(*a, b) as usize;
                 known_sum[kind] += of_known;
                 whole_sum[kind] += of_whole;
-                rounding[(*a, b)] += of_rounding;
-                present[(*a, b)] = 1.0;
+                *rounding[a * count + b].get_or_insert(0.0) += of_rounding;
             }
         }
-        let mut margin = [0.0; 2];
-        for b in 0..count {
-            for a in (0..count).filter(|a| present[(*a, b)] > 0.0) {
-                let rest = (own[a].sqrt() * own[b].sqrt()).sqrt();
-                margin[usize::from(a != b)] += (rest + rounding[(a, b)].sqrt()).powi(2);
-            }
-        }
+        let blocks = rounding.iter().enumerate();
         Self {
             known: known_sum,
             whole: whole_sum,
-            margin,
+            own,
+            rounding: blocks
+                .filter_map(|(place, sum)| Some((place / count, place % count, (*sum)?)))
+                .collect(),
         }
     }
 
-    pub(super) fn error(&self, kind: InterfacePairs) -> Bracket {
-        let kind = usize::from(kind == InterfacePairs::Transfer);
-        let root = |values: &[f64; 2]| values[kind].sqrt();
-        bracket(root(&self.known), root(&self.margin), root(&self.whole))
+    /// The error of each kind of response.
+    pub(super) fn errors(&self) -> [Bracket; 2] {
+        let mut margin = [0.0; 2];
+        for (a, b, rounding) in &self.rounding {
+            let rest = (self.own[*a].sqrt() * self.own[*b].sqrt()).sqrt();
+            margin[InterfacePairs::of(*a, *b) as usize] += (rest + rounding.sqrt()).powi(2);
+        }
+        InterfacePairs::ALL.map(|kind| {
+            let root = |values: &[f64; 2]| values[kind as usize].sqrt();
+            bracket(root(&self.known), root(&margin), root(&self.whole))
+        })
     }
 }

@@ -53,20 +53,30 @@ pub(super) struct Deviations<'a> {
     /// Of the rows that forces act on among the rows.
     pub places: Vec<usize>,
     /// Rows of each interface, by their places.
-    interfaces: Vec<Vec<usize>>,
+    pub interfaces: Vec<Vec<usize>>,
     forms: Forms<'a>,
     dynamic: DynamicRows<'a>,
     /// M_1 and A_2 between the rows.
     static_moments: [Mat<f64>; 2],
-    /// Motions of the kept modes: at the rows that forces act on, (poles, forced), at all rows, (rows, poles), and the sizes of both.
-    shapes: Shapes,
+    pub shapes: Shapes,
 }
 
-struct Shapes {
-    forced: Mat<f64>,
-    rows: Mat<f64>,
-    forced_sizes: Mat<f64>,
-    row_sizes: Mat<f64>,
+/// Motions of the kept modes and their sizes.
+pub(super) struct Shapes {
+    /// At the rows that forces act on, (poles, forced).
+    pub forced: Mat<f64>,
+    /// At all rows, (rows, poles).
+    pub rows: Mat<f64>,
+    pub forced_sizes: Mat<f64>,
+    pub row_sizes: Mat<f64>,
+}
+
+/// How much each kept mode moves at one λ.
+pub(super) struct ModeWeights {
+    /// 1 / (ω² - λ)
+    pub motions: Vec<c64>,
+    /// Bounds of what these are off.
+    pub errors: Vec<f64>,
 }
 
 /// λ, and the disc that all f(μ) lie in.
@@ -131,22 +141,47 @@ impl ErrorBounds {
     }
 }
 
+impl Disc {
+    /// What the bound of the rest is multiplied with.
+    fn rest_size(&self) -> f64 {
+        self.radius * self.shifted.norm()
+    }
+}
+
 impl Deviations<'_> {
     pub(super) fn at(&self, lambda: c64, between: RestBetween) -> Deviation {
+        let mut found = self.without_modes(lambda, between);
+        let (of_modes, errors) = self.of_modes(lambda);
+        found.reduced.add(1.0, &of_modes);
+        found.of_modes = errors;
+        found
+    }
+
+    /// The same without the kept modes: what changes slowly with λ.
+    pub(super) fn without_modes(&self, lambda: c64, between: RestBetween) -> Deviation {
         let disc = self.bounds.disc(lambda);
         let amounts = self.dynamic.at(lambda);
         let response = self.dynamic.responses(&amounts, &self.places);
         let mut known = self.known(&disc, &amounts);
         known.add(-1.0, &response);
-        let (mut reduced, of_modes) = self.of_modes(lambda);
-        reduced.add(1.0, &response);
         Deviation {
             known,
-            reduced,
+            reduced: response,
             rest: self.rest(&disc, &amounts, between),
             rounding: self.rounding(&amounts, &disc),
-            of_modes,
+            of_modes: Mat::zeros(self.rows.len(), self.forced.len()),
         }
+    }
+
+    /// Columns of the forces at an interface.
+    pub(super) fn columns_of(&self, interface: usize) -> Vec<usize> {
+        let own = |column: &usize| self.bounds.rows.interface[self.forced[*column]] == interface;
+        (0..self.forced.len()).filter(own).collect()
+    }
+
+    /// What the bound of the rest is multiplied with at λ; all else in it is analytic in ω².
+    pub(super) fn rest_size(&self, lambda: c64) -> f64 {
+        self.bounds.disc(lambda).rest_size()
     }
 
     /// The known part of H - H of the kept modes.
@@ -188,7 +223,7 @@ impl Deviations<'_> {
 
     /// The bound of the rest: Σ r̄ rᵀ/μ'² times |λ'| and the radius of the disc.
     fn rest(&self, disc: &Disc, amounts: &Amounts<'_>, between: RestBetween) -> Mat<c64> {
-        let size = disc.radius * disc.shifted.norm();
+        let size = disc.rest_size();
         let half = self.forms.hermitian_half(disc.lambda, amounts);
         let rows = self.rows.len();
         let mut rest = Mat::zeros(rows, rows);
@@ -213,31 +248,37 @@ impl Deviations<'_> {
         rest
     }
 
+    /// How much the kept modes move at λ.
+    pub(super) fn mode_weights(&self, lambda: c64) -> ModeWeights {
+        let of = &self.bounds.rows;
+        let error = |pole: usize| {
+            if pole < of.zero_count {
+                return 0.0;
+            }
+            let distance = (c64::new(of.poles[pole], 0.0) - lambda).norm();
+            let error = of.pole_errors[pole];
+            (error * of.poles[pole] / distance + 2.0 * error + DENSE_ROUNDING) / distance
+        };
+        ModeWeights {
+            motions: (of.poles.iter())
+                .map(|square| c64::new(1.0, 0.0) / (c64::new(*square, 0.0) - lambda))
+                .collect(),
+            errors: (0..of.poles.len()).map(error).collect(),
+        }
+    }
+
     /// H of the kept modes between rows, and bounds of the error that these modes' own errors make in it.
     fn of_modes(&self, lambda: c64) -> (Split, Mat<f64>) {
-        let of = &self.bounds.rows;
-        let weights: Vec<c64> = (of.poles.iter())
-            .map(|square| c64::new(1.0, 0.0) / (c64::new(*square, 0.0) - lambda))
-            .collect();
-        let error_weights: Vec<f64> = (0..of.poles.len())
-            .map(|pole| {
-                if pole < of.zero_count {
-                    return 0.0;
-                }
-                let distance = (c64::new(of.poles[pole], 0.0) - lambda).norm();
-                let error = of.pole_errors[pole];
-                (error * of.poles[pole] / distance + 2.0 * error + DENSE_ROUNDING) / distance
-            })
-            .collect();
+        let ModeWeights { motions, errors } = self.mode_weights(lambda);
         let Shapes {
             forced,
             rows,
             forced_sizes,
             row_sizes,
         } = &self.shapes;
-        let weighted = Split::weighted_rows(&weights, forced);
+        let weighted = Split::weighted_rows(&motions, forced);
         let weighted_sizes = Mat::from_fn(forced.nrows(), forced.ncols(), |k, j| {
-            forced_sizes[(k, j)] * error_weights[k]
+            forced_sizes[(k, j)] * errors[k]
         });
         (Split::after(rows, &weighted), row_sizes * weighted_sizes)
     }

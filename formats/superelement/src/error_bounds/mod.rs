@@ -10,23 +10,24 @@ mod blocks;
 mod deviation;
 mod forms;
 mod held_eigenvalues;
+mod interpolation;
 mod model;
 mod ports;
+mod responses;
 mod rows;
 mod scaled_moments;
+mod screening;
 mod split;
 
 use dcb_formats::Superelement;
 use dcb_formats::scene::Compatibility;
 use faer::{Mat, c64};
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 pub use self::between::{ErrorMatrices, ErrorsBetween};
 pub use self::held_eigenvalues::HeldEigenvalue;
+pub use self::responses::ResponseError;
 
-use self::blocks::{Blocks, InterfacePairs};
-use self::deviation::RestBetween;
 use self::forms::CoordinateForms;
 use self::model::Model;
 use self::rows::Rows;
@@ -55,15 +56,6 @@ impl Bracket {
             upper: self.upper.max(other.upper),
         }
     }
-}
-
-/// The largest error of a response over a band.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ResponseError {
-    /// Largest ‖H - H_ref‖ / ‖H_ref‖ of the frequencies, over all entries concerned.
-    pub largest: Bracket,
-    /// ω² where the upper bound is largest.
-    pub at: f64,
 }
 
 /// Errors of a superelement over a band. All are relative; rows are scaled by their own flexibility.
@@ -198,50 +190,6 @@ impl ErrorBounds {
             transfer: self.are_several(rows).then_some(transfer),
             free_frequency: 0.5 * pole_error,
         })
-    }
-
-    /// The errors of responses alone, which cost least: of each interface at itself, and between different ones (zero with one).
-    ///
-    /// # Errors
-    /// As [`ErrorBounds::over`].
-    pub fn responses(
-        &self,
-        rows: &[usize],
-        band: &FrequencyBand,
-        loss_factor: f64,
-    ) -> Result<[ResponseError; 2], Error> {
-        let forced = self.forced(rows)?;
-        self.refuse_beyond(band.top())?;
-        let lambdas: Vec<c64> = band.damped(loss_factor).collect();
-        let deviations = self.deviations(rows, &forced);
-        let errors: Vec<[Bracket; 2]> = lambdas
-            .par_iter()
-            .map(|lambda| {
-                let deviation = deviations.at(*lambda, RestBetween::RowsOfAnInterface);
-                let blocks = Blocks::of(&deviation, &self.rows.interface, rows, &forced);
-                [
-                    blocks.error(InterfacePairs::Collocated),
-                    blocks.error(InterfacePairs::Transfer),
-                ]
-            })
-            .collect();
-        let largest = |kind: usize| {
-            let mut most = ResponseError {
-                largest: Bracket {
-                    lower: 0.0,
-                    upper: 0.0,
-                },
-                at: band.top(),
-            };
-            for (error, square) in errors.iter().zip(&band.squares) {
-                if error[kind].upper > most.largest.upper {
-                    most.at = *square;
-                }
-                most.largest = most.largest.including(error[kind]);
-            }
-            most
-        };
-        Ok([largest(0), largest(1)])
     }
 
     /// The error of the static response alone: the largest over the interfaces, of the responses to forces at its rows.

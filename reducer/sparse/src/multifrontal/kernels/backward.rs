@@ -2,7 +2,7 @@
 
 #![allow(clippy::needless_range_loop)] // loops of a constant length over several arrays, to be unrolled
 
-use super::registers::{ask_ahead, rows, scale, subtract_scaled};
+use super::registers::{ANY, WIDE, ask_ahead, has_registers, rows, scale, subtract_scaled};
 use super::{Real, STRIP};
 
 /// Rows below that stay in the nearest cache while they serve all columns of a group.
@@ -21,16 +21,23 @@ impl<T: Real, const N: usize> pulp::WithSimd for Backward<'_, T, N> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, simd: S) {
-        // Registers of a row, those of them taken together, columns whose sums are in registers together, and strips taken together.
-        match (S::F64_LANES, N / S::F64_LANES) {
-            (8, 1) => front::<S, T, N, 1, 1, 8, 4>(simd, self),
-            (8, 2) => front::<S, T, N, 2, 2, 8, 4>(simd, self),
-            (8, 4) => front::<S, T, N, 4, 2, 8, 4>(simd, self),
-            (_, 2) => front::<S, T, N, 2, 2, 6, 3>(simd, self),
-            (_, 4) => front::<S, T, N, 4, 2, 6, 3>(simd, self),
-            (_, 8) => front::<S, T, N, 8, 2, 6, 3>(simd, self),
-            (_, 16) => front::<S, T, N, 16, 2, 6, 3>(simd, self),
-            _ => front::<S, T, N, 32, 2, 6, 3>(simd, self),
+        // Registers of a row, those of them taken together, columns whose sums are in registers together, and strips taken together; one of these is compiled.
+        if const { S::F64_LANES == 1 } {
+            front::<S, T, N, N, 2, 8, 1>(simd, self)
+        } else if const { has_registers::<S, N>(1, WIDE) } {
+            front::<S, T, N, 1, 1, 8, 4>(simd, self)
+        } else if const { has_registers::<S, N>(2, WIDE) } {
+            front::<S, T, N, 2, 2, 8, 4>(simd, self)
+        } else if const { has_registers::<S, N>(4, WIDE) } {
+            front::<S, T, N, 4, 2, 8, 4>(simd, self)
+        } else if const { has_registers::<S, N>(2, ANY) } {
+            front::<S, T, N, 2, 2, 6, 3>(simd, self)
+        } else if const { has_registers::<S, N>(4, ANY) } {
+            front::<S, T, N, 4, 2, 6, 3>(simd, self)
+        } else if const { has_registers::<S, N>(8, ANY) } {
+            front::<S, T, N, 8, 2, 6, 3>(simd, self)
+        } else {
+            front::<S, T, N, 16, 2, 6, 3>(simd, self)
         }
     }
 }
@@ -64,12 +71,14 @@ fn front<
     }
     let strips = columns / STRIP;
     first -= STRIP * (strips % G);
-    packed = match strips % G {
-        3 => group::<S, T, R, C, D, STRIP, 3>(simd, packed, &mut w[first..]),
-        2 => group::<S, T, R, C, D, STRIP, 2>(simd, packed, &mut w[first..]),
-        1 => group::<S, T, R, C, D, STRIP, 1>(simd, packed, &mut w[first..]),
-        _ => packed,
-    };
+    if const { G > 1 } {
+        packed = match strips % G {
+            3 => group::<S, T, R, C, D, STRIP, 3>(simd, packed, &mut w[first..]),
+            2 => group::<S, T, R, C, D, STRIP, 2>(simd, packed, &mut w[first..]),
+            1 => group::<S, T, R, C, D, STRIP, 1>(simd, packed, &mut w[first..]),
+            _ => packed,
+        };
+    }
     for _ in 0..strips / G {
         first -= STRIP * G;
         packed = group::<S, T, R, C, D, STRIP, G>(simd, packed, &mut w[first..]);
@@ -140,30 +149,25 @@ fn subtract<
     known: &[[S::f64s; R]],
     sums: &mut [[S::f64s; R]],
 ) {
-    match (D, W, G) {
-        (6, STRIP, 3) => {
-            let [one, two, three] = [strips[0], strips[1], strips[2]];
-            tile::<S, T, R, C, W, 6, 0>(simd, [one, one], 0, ahead, known, &mut sums[..6]);
-            tile::<S, T, R, C, W, 2, 4>(simd, [one, two], 6, ahead, known, &mut sums[6..12]);
+    if const { D != 6 || W != STRIP } {
+        for (one, sums) in strips.into_iter().zip(sums.chunks_mut(W)) {
+            tile::<S, T, R, C, W, W, 0>(simd, [one, one], 0, ahead, known, sums);
+        }
+    } else if const { G == 1 } {
+        let (left, right) = sums.split_at_mut(4);
+        let one = strips[0];
+        tile::<S, T, R, C, W, 4, 0>(simd, [one, one], 0, ahead, known, left);
+        tile::<S, T, R, C, W, 4, 0>(simd, [one, one], 4, ahead, known, right);
+    } else {
+        let [one, two] = [strips[0], strips[1]];
+        tile::<S, T, R, C, W, 6, 0>(simd, [one, one], 0, ahead, known, &mut sums[..6]);
+        tile::<S, T, R, C, W, 2, 4>(simd, [one, two], 6, ahead, known, &mut sums[6..12]);
+        if const { G == 2 } {
+            tile::<S, T, R, C, W, 4, 0>(simd, [two, two], 4, ahead, known, &mut sums[12..]);
+        } else {
+            let three = strips[2];
             tile::<S, T, R, C, W, 4, 2>(simd, [two, three], 4, ahead, known, &mut sums[12..18]);
             tile::<S, T, R, C, W, 6, 0>(simd, [three, three], 2, ahead, known, &mut sums[18..]);
-        }
-        (6, STRIP, 2) => {
-            let [one, two] = [strips[0], strips[1]];
-            tile::<S, T, R, C, W, 6, 0>(simd, [one, one], 0, ahead, known, &mut sums[..6]);
-            tile::<S, T, R, C, W, 2, 4>(simd, [one, two], 6, ahead, known, &mut sums[6..12]);
-            tile::<S, T, R, C, W, 4, 0>(simd, [two, two], 4, ahead, known, &mut sums[12..]);
-        }
-        (6, STRIP, _) => {
-            let (left, right) = sums.split_at_mut(4);
-            let one = strips[0];
-            tile::<S, T, R, C, W, 4, 0>(simd, [one, one], 0, ahead, known, left);
-            tile::<S, T, R, C, W, 4, 0>(simd, [one, one], 4, ahead, known, right);
-        }
-        _ => {
-            for (one, sums) in strips.into_iter().zip(sums.chunks_mut(W)) {
-                tile::<S, T, R, C, W, W, 0>(simd, [one, one], 0, ahead, known, sums);
-            }
         }
     }
 }

@@ -2,7 +2,7 @@
 
 #![allow(clippy::needless_range_loop)] // loops of a constant length over several arrays, to be unrolled
 
-use super::registers::{ask_ahead, rows, scale, subtract_scaled};
+use super::registers::{ANY, WIDE, ask_ahead, has_registers, rows, scale, subtract_scaled};
 use super::{GROUP, Real, STRIP};
 
 /// How far ahead of the arithmetic the factor is asked for, bytes.
@@ -19,15 +19,22 @@ impl<T: Real, const N: usize> pulp::WithSimd for Forward<'_, T, N> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, simd: S) {
-        // Registers of a row, those of them taken together, and rows taken together; registers of one or two rows that are left over.
-        match (S::F64_LANES, N / S::F64_LANES) {
-            (8, 1) => front::<S, T, N, 1, 1, 12, 1>(simd, self),
-            (8, 2) => front::<S, T, N, 2, 2, 12, 2>(simd, self),
-            (_, 2) => front::<S, T, N, 2, 2, 6, 2>(simd, self),
-            (_, 4) => front::<S, T, N, 4, 2, 6, 4>(simd, self),
-            (_, 8) => front::<S, T, N, 8, 2, 6, 4>(simd, self),
-            (_, 16) => front::<S, T, N, 16, 2, 6, 4>(simd, self),
-            _ => front::<S, T, N, 32, 2, 6, 4>(simd, self),
+        // Registers of a row, those of them taken together, and rows taken together; registers of one or two rows that are left over; strips taken together.
+        // The conditions are known when this is compiled: one sweep is. Machines without vectors get a short one.
+        if const { S::F64_LANES == 1 } {
+            front::<S, T, N, N, 2, 2, 2, 1>(simd, self)
+        } else if const { has_registers::<S, N>(1, WIDE) } {
+            front::<S, T, N, 1, 1, 12, 1, GROUP>(simd, self)
+        } else if const { has_registers::<S, N>(2, WIDE) } {
+            front::<S, T, N, 2, 2, 12, 2, GROUP>(simd, self)
+        } else if const { has_registers::<S, N>(2, ANY) } {
+            front::<S, T, N, 2, 2, 6, 2, GROUP>(simd, self)
+        } else if const { has_registers::<S, N>(4, ANY) } {
+            front::<S, T, N, 4, 2, 6, 4, GROUP>(simd, self)
+        } else if const { has_registers::<S, N>(8, ANY) } {
+            front::<S, T, N, 8, 2, 6, 4, GROUP>(simd, self)
+        } else {
+            front::<S, T, N, 16, 2, 6, 4, GROUP>(simd, self)
         }
     }
 }
@@ -41,21 +48,24 @@ fn front<
     const C: usize,
     const M: usize,
     const L: usize,
+    const G: usize,
 >(
     simd: S,
     Forward { packed, columns, w }: Forward<'_, T, N>,
 ) {
     let (mut packed, mut w) = (packed, rows::<S, N, R>(w));
     let strips = columns / STRIP;
-    for _ in 0..strips / GROUP {
-        (packed, w) = group::<S, T, R, C, M, L, STRIP, GROUP>(simd, packed, w);
+    for _ in 0..strips / G {
+        (packed, w) = group::<S, T, R, C, M, L, STRIP, G>(simd, packed, w);
     }
-    (packed, w) = match strips % GROUP {
-        3 => group::<S, T, R, C, M, L, STRIP, 3>(simd, packed, w),
-        2 => group::<S, T, R, C, M, L, STRIP, 2>(simd, packed, w),
-        1 => group::<S, T, R, C, M, L, STRIP, 1>(simd, packed, w),
-        _ => (packed, w),
-    };
+    if const { G > 1 } {
+        (packed, w) = match strips % G {
+            3 => group::<S, T, R, C, M, L, STRIP, 3>(simd, packed, w),
+            2 => group::<S, T, R, C, M, L, STRIP, 2>(simd, packed, w),
+            1 => group::<S, T, R, C, M, L, STRIP, 1>(simd, packed, w),
+            _ => (packed, w),
+        };
+    }
     if columns & 4 != 0 {
         (packed, w) = group::<S, T, R, C, M, L, 4, 1>(simd, packed, w);
     }
@@ -144,7 +154,7 @@ fn subtract<
         tile::<S, T, R, C, M, W, G>(simd, strips, solved, at, w);
         at += M;
     }
-    while at + 3 <= w.len() {
+    while const { M > 3 } && at + 3 <= w.len() {
         tile::<S, T, R, C, 3, W, G>(simd, strips, solved, at, w);
         at += 3;
     }

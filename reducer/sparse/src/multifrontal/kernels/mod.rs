@@ -123,14 +123,24 @@ pub fn backward<T: Real, const N: usize>(packed: &[T], columns: usize, w: &mut [
 
 #[cfg(test)]
 mod tests {
+    use pulp::Simd;
+
     use super::*;
 
     fn entry(i: usize, j: usize) -> f64 {
         ((1 + i) as f64 * (2 + j) as f64).sin() + if i == j { 4.0 } else { 0.0 }
     }
 
+    /// Instructions that sweeps run with.
+    #[derive(Clone, Copy)]
+    enum Instructions {
+        /// The widest that this machine has.
+        Widest,
+        Scalar,
+    }
+
     /// Both sweeps of one front against sums entry by entry.
-    fn sweeps_are_substitutions<const N: usize>(columns: usize, below: usize) {
+    fn sweeps_are_substitutions<const N: usize>(columns: usize, below: usize, with: Instructions) {
         let layout = Trapezoid {
             rows: columns + below,
             columns,
@@ -149,8 +159,18 @@ mod tests {
             .collect();
         let (mut down, mut up) = (given.clone(), given);
         let (mut solved, mut open) = (down.clone(), up.clone());
-        forward(&packed, columns, &mut down);
-        backward(&packed, columns, &mut up);
+        match with {
+            Instructions::Widest => {
+                forward(&packed, columns, &mut down);
+                backward(&packed, columns, &mut up);
+            }
+            Instructions::Scalar => {
+                let (packed, w) = (packed.as_slice(), down.as_mut_slice());
+                pulp::Scalar.vectorize(Forward { packed, columns, w });
+                let w = up.as_mut_slice();
+                pulp::Scalar.vectorize(Backward { packed, columns, w });
+            }
+        }
         for l in 0..N {
             for row in 0..layout.rows {
                 for column in 0..row.min(columns) {
@@ -185,9 +205,10 @@ mod tests {
     fn sweeps_of_any_front_are_substitutions() {
         for columns in (1..=34).chain([48, 55, 71]) {
             for below in [0, 1, 5, 64, 150] {
-                sweeps_are_substitutions::<8>(columns, below);
-                sweeps_are_substitutions::<16>(columns, below);
-                sweeps_are_substitutions::<32>(columns, below);
+                sweeps_are_substitutions::<8>(columns, below, Instructions::Widest);
+                sweeps_are_substitutions::<16>(columns, below, Instructions::Widest);
+                sweeps_are_substitutions::<32>(columns, below, Instructions::Widest);
+                sweeps_are_substitutions::<8>(columns, below, Instructions::Scalar);
             }
         }
     }

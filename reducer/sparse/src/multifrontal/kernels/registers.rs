@@ -3,6 +3,18 @@
 /// Bytes of a cache line.
 const LINE: usize = 64;
 
+/// Numbers in a register of the machines that have the most of them, and registers of any kind.
+pub(super) const WIDE: usize = 8;
+pub(super) const ANY: usize = 0;
+
+/// Whether a row of `N` numbers is so many registers, of so many numbers each.
+pub(super) const fn has_registers<S: pulp::Simd, const N: usize>(
+    count: usize,
+    lanes: usize,
+) -> bool {
+    N / S::F64_LANES == count && (lanes == ANY || S::F64_LANES == lanes)
+}
+
 /// Asks for the cache lines that stand `ahead` bytes behind a row of the factor: the arithmetic is shorter than memory's latency.
 #[inline(always)]
 pub(super) fn ask_ahead<T>(row: &[T], ahead: isize) {
