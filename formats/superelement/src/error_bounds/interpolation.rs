@@ -43,7 +43,7 @@ impl ChebyshevPoints {
 
     fn new(middle: f64, half: f64, count: usize) -> Self {
         let angle = |k: usize| PI * (2 * k + 1) as f64 / (2 * count) as f64;
-        let sign = |k: usize| if k % 2 == 0 { 1.0 } else { -1.0 };
+        let sign = |k: usize| if k.is_multiple_of(2) { 1.0 } else { -1.0 };
         Self {
             places: (0..count).map(|k| middle + half * angle(k).cos()).collect(),
             weights: (0..count).map(|k| sign(k) * angle(k).sin()).collect(),

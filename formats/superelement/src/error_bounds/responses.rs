@@ -1,5 +1,7 @@
 //! The largest errors of responses over a band. Ceilings of the errors say at which of its points they can be ([`super::screening`]); these are looked at.
 
+use std::cmp::Ordering;
+
 use faer::c64;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -105,8 +107,13 @@ fn next_points(
         let sides: [fn(&Bracket) -> f64; 2] = [|of| of.upper, |of| of.lower];
         for side in sides {
             let ceiling = |point: &usize| side(&ceilings[*point][kind]);
+            // A ceiling that isn't a number tells nothing.
+            let may_exceed = |point: &usize| {
+                let compared = ceiling(point).partial_cmp(&side(&most[kind]));
+                compared.is_none_or(Ordering::is_gt)
+            };
             let mut open: Vec<usize> = (0..found.len())
-                .filter(|point| found[*point].is_none() && ceiling(point) > side(&most[kind]))
+                .filter(|point| found[*point].is_none() && may_exceed(point))
                 .collect();
             open.sort_by(|a, b| ceiling(b).total_cmp(&ceiling(a)));
             let unlimited = open.partition_point(|point| ceiling(point) == f64::INFINITY);
