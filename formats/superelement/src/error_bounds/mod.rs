@@ -50,6 +50,12 @@ pub struct Bracket {
 }
 
 impl Bracket {
+    /// No error.
+    const ZERO: Self = Self {
+        lower: 0.0,
+        upper: 0.0,
+    };
+
     fn including(self, other: Self) -> Self {
         Self {
             lower: self.lower.max(other.lower),
@@ -199,10 +205,7 @@ impl ErrorBounds {
     pub fn static_response(&self, rows: &[usize]) -> Result<Bracket, Error> {
         let forced = self.forced(rows)?;
         let still = c64::new(0.0, 0.0);
-        let mut worst = Bracket {
-            lower: 0.0,
-            upper: 0.0,
-        };
+        let mut worst = Bracket::ZERO;
         let mut interfaces: Vec<usize> = (forced.iter())
             .map(|row| self.rows.interface[*row])
             .collect();
@@ -299,10 +302,7 @@ impl ErrorBounds {
 /// ‖known ± margin‖ over ‖whole ± margin‖.
 fn bracket(known: f64, margin: f64, whole: f64) -> Bracket {
     if whole + margin <= 0.0 {
-        return Bracket {
-            lower: 0.0,
-            upper: 0.0,
-        };
+        return Bracket::ZERO;
     }
     Bracket {
         lower: (known - margin).max(0.0) / (whole + margin),

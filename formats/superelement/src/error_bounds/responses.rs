@@ -19,10 +19,6 @@ const NO_CEILING: Bracket = Bracket {
     lower: f64::INFINITY,
     upper: f64::INFINITY,
 };
-const ZERO: Bracket = Bracket {
-    lower: 0.0,
-    upper: 0.0,
-};
 
 /// The largest error of a response over a band.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -50,7 +46,7 @@ impl ErrorBounds {
         let errors = largest_errors(&deviations, band, loss_factor);
         Ok(InterfacePairs::ALL.map(|kind| {
             let mut most = ResponseError {
-                largest: ZERO,
+                largest: Bracket::ZERO,
                 at: band.top(),
             };
             for (error, square) in errors.iter().zip(&band.squares) {
@@ -79,7 +75,7 @@ fn largest_errors(
     let mut found: Vec<Option<[Bracket; 2]>> = vec![None; lambdas.len()];
     loop {
         let known = found.iter().flatten();
-        let most = known.fold([ZERO; 2], |most, of| {
+        let most = known.fold([Bracket::ZERO; 2], |most, of| {
             InterfacePairs::ALL.map(|kind| most[kind as usize].including(of[kind as usize]))
         });
         let points = next_points(&ceilings, &found, &most);

@@ -193,10 +193,7 @@ impl Smooth {
             let margin = rest_size * most_rest[kind].sqrt() + norms.rounding[kind] + of_modes;
             if known + whole + margin == 0.0 {
                 // No pair of this kind.
-                return Bracket {
-                    lower: 0.0,
-                    upper: 0.0,
-                };
+                return Bracket::ZERO;
             }
             let rest = rest_size * least_rest[kind].sqrt();
             let allowed = 1.0 + CANCELLED;
