@@ -2,6 +2,7 @@
 
 mod arrays;
 mod error;
+mod fence;
 mod linear;
 mod mechanism;
 mod programs;

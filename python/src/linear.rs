@@ -10,7 +10,8 @@ use numpy::PyArray2;
 use pyo3::prelude::*;
 
 use crate::arrays::matrix_of;
-use crate::error::{Failure, apart, at_once};
+use crate::error::Failure;
+use crate::fence::{apart, at_once};
 use crate::scene::{Scene, Watch};
 
 /// States before, poles kept apart, Hankel singular values, bound, and bounds of outputs by inputs.

@@ -7,7 +7,8 @@ use dcb_runtime::Mechanism as Motion;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 
-use crate::error::{Failure, apart, apart_alone, at_once};
+use crate::error::Failure;
+use crate::fence::{apart, apart_alone, at_once};
 use crate::linear::{LinearSystem, request};
 use crate::scene::Scene;
 

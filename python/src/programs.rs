@@ -2,7 +2,7 @@
 
 use pyo3::prelude::*;
 
-use crate::error::apart;
+use crate::fence::apart;
 
 /// The program `reduce` with these arguments; its exit status.
 #[pyfunction]

@@ -25,7 +25,8 @@ use serde::Deserialize;
 use serde_json::json;
 
 use crate::arrays::{real, rows_of};
-use crate::error::{Failure, apart};
+use crate::error::Failure;
+use crate::fence::apart;
 use crate::scene::Scene;
 use crate::sparse::{rectangular, symmetric};
 use crate::superelement::Superelement;

@@ -7,7 +7,7 @@ use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 
 use crate::arrays::copied;
-use crate::error::apart;
+use crate::fence::apart;
 
 /// Path, description, names and units of the columns of a channel.
 type Channel = (String, String, Vec<String>, Vec<String>);

@@ -10,7 +10,8 @@ use dcb_runtime::{Model, Scene as Description};
 use pyo3::prelude::*;
 use serde_json::json;
 
-use crate::error::{Failure, apart};
+use crate::error::Failure;
+use crate::fence::apart;
 
 /// Ctrl-C is looked for so often.
 const LOOK: Duration = Duration::from_millis(50);

@@ -12,7 +12,8 @@ use dcb_workflow::progress_bar::Display;
 use pyo3::prelude::*;
 use serde_json::json;
 
-use crate::error::{Failure, apart};
+use crate::error::Failure;
+use crate::fence::apart;
 use crate::reduction::{Given, Means, Parts};
 use crate::threads::with_threads;
 

@@ -17,7 +17,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::{copied, list_of, matrix_of};
-use crate::error::{Failure, apart};
+use crate::error::Failure;
+use crate::fence::apart;
 
 #[pyclass(frozen, module = "tisserand._native")]
 pub struct Superelement {

@@ -24,12 +24,10 @@ use faer::{Mat, MatRef};
 /// The chance of an error that is accepted, for all eigenvectors together.
 pub(super) const CHANCE: f64 = 1e-12;
 /// Ritz values that are within four times this part of each other are looked at together, as one root; wide groups say less about how many eigenvalues they
-/// hold, narrow ones less about what is between them.
+/// hold, narrow ones less about what is between them. The first is also the largest relative half width of an interval around a group.
 const WIDTHS: [f64; 5] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6];
 /// An interval takes this part of what is between two groups, on either side: inside one more has to be excluded than between them.
 const PART_OF_GAP: f64 = 0.25;
-/// The largest relative half width of an interval around a group.
-const WIDEST: f64 = 1e-2;
 /// Rounding in H and its eigenvectors, over its largest eigenvalue: some times what was found with exact solutions.
 const PROJECTED: f64 = 200.0 * f64::EPSILON;
 /// A cell of the axis is this part of its centre's distance from the Ritz values left out,
@@ -68,10 +66,13 @@ impl KrylovSpace<'_> {
             return false;
         }
         let allowed = self.allowed(found);
-        WIDTHS
+        let mut groups = WIDTHS
+            .map(|width| self.groups(width, found, limit))
+            .to_vec();
+        groups.dedup();
+        groups
             .iter()
-            .map(|width| self.groups(*width, found, limit))
-            .any(|groups| self.has_all_beside(&groups, found, limit, &allowed))
+            .any(|groups| self.has_all_beside(groups, found, limit, &allowed))
     }
 
     /// δ √mass_part for shares of 1, 2, … eigenvectors.
@@ -151,7 +152,7 @@ impl KrylovSpace<'_> {
                 true => last - limit,
                 false => PART_OF_GAP * self.gap(values.end),
             };
-            let half_width = above.min(below).min(WIDEST * last);
+            let half_width = above.min(below).min(WIDTHS[0] * last);
             Group {
                 least: last - half_width,
                 most: first + half_width,
@@ -231,6 +232,7 @@ impl KrylovSpace<'_> {
 }
 
 /// Ritz values that are looked at as one root.
+#[derive(Clone, PartialEq)]
 struct Group {
     /// Their places.
     values: Range<usize>,

@@ -3,7 +3,6 @@
 mod book;
 mod circles;
 mod crates;
-mod lock_files;
 mod named_paths;
 mod one_writer;
 mod top_level;
