@@ -35,6 +35,8 @@ RECORDS = 200
 RHO = 0.8
 TOLERANCES = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8]
 STEPS = [1000, 4000, 16000, 64000, 256000]
+# Further ones of generalized_alpha: shorter where it is still above 1e-6, longer for the chain, whose motion is smooth.
+FURTHER_STEPS = {"slider-crank": [1024000, 4096000], "ivp-slider-crank": [1024000, 4096000], "chain-16": [200, 400]}
 PEER_STEPS = [1000, 4000, 16000]
 WANTED = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8]
 # Name: number of modes.
@@ -133,7 +135,7 @@ def study(name, rounds, peers, folder):
     runs |= {("radau5", tolerance): {"radau": {"tolerance": tolerance, "end": end, "order": 5}} for tolerance in TOLERANCES}
     if name in JOINTS:
         runs |= {("radau9-forces", tolerance): {"radau": {"tolerance": 1e-2, "force_tolerance": tolerance, "end": end}} for tolerance in FORCE_TOLERANCES}
-    runs |= {("generalized-alpha", steps): {"generalized_alpha": {"step": end / steps, "end": end, "rho_infinity": RHO}} for steps in STEPS}
+    runs |= {("generalized-alpha", steps): {"generalized_alpha": {"step": end / steps, "end": end, "rho_infinity": RHO}} for steps in [*STEPS, *FURTHER_STEPS.get(name, [])]}
     runs |= {(tool, setting): None for tool, (_, settings) in (others.items() if peers else ()) for setting in settings}
     times, last = {}, {}
     for _ in range(rounds):
