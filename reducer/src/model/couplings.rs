@@ -20,7 +20,7 @@ use crate::model::rigid_body::component_columns;
 /// Pairs (a, b) in the order in which six-fold quantities are stored.
 pub const PAIRS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)];
 /// Columns multiplied by M at a time, to bound memory.
-const COLUMNS_AT_A_TIME: usize = 32;
+const COLUMNS_AT_A_TIME: usize = 80;
 /// Nodes whose rows of Ψ are gathered at a time: they stay in the cache of one core.
 const NODES_AT_A_TIME: usize = 256;
 /// Nodes per task, whose sums are added in order.

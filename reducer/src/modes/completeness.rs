@@ -66,9 +66,7 @@ impl KrylovSpace<'_> {
             return false;
         }
         let allowed = self.allowed(found);
-        let mut groups = WIDTHS
-            .map(|width| self.groups(width, found, limit))
-            .to_vec();
+        let mut groups = Vec::from(WIDTHS.map(|width| self.groups(width, found, limit)));
         groups.dedup();
         groups
             .iter()
@@ -232,7 +230,7 @@ impl KrylovSpace<'_> {
 }
 
 /// Ritz values that are looked at as one root.
-#[derive(Clone, PartialEq)]
+#[derive(PartialEq)]
 struct Group {
     /// Their places.
     values: Range<usize>,

@@ -1,8 +1,9 @@
 //! Residuals of the kept modes, and the errors of ω² that follow.
 
-use dcb_sparse::block_algebra::{column_dots, symmetric_product};
+use dcb_sparse::block_algebra::{column_dots, copied, symmetric_product};
 use dcb_sparse::column_products::BLOCK;
 use dcb_sparse::factorization::PositiveFactor;
+use rayon::prelude::*;
 
 use crate::attachments::enrichment::Reducing;
 use crate::error::Error;
@@ -29,14 +30,21 @@ impl ModeResiduals {
             let count = BLOCK.min(modes.count() - first);
             let shapes = modes.shapes.as_ref().subcols(first, count);
             let mut left = symmetric_product(&of.model.stiffness, shapes);
-            for (j, left) in left.col_iter_mut().enumerate() {
-                let eigenvalue = modes.eigenvalues[first + j];
-                let inertia = modes.mass_shapes.col(first + j);
-                for (left, inertia) in left.iter_mut().zip(inertia.iter()) {
-                    *left -= eigenvalue * inertia;
-                }
-            }
-            let mut solved = left.clone();
+            left.par_col_iter_mut()
+                .zip(
+                    modes
+                        .mass_shapes
+                        .as_ref()
+                        .subcols(first, count)
+                        .par_col_iter(),
+                )
+                .zip(&modes.eigenvalues[first..first + count])
+                .for_each(|((left, inertia), eigenvalue)| {
+                    for (left, inertia) in left.iter_mut().zip(inertia.iter()) {
+                        *left -= eigenvalue * inertia;
+                    }
+                });
+            let mut solved = copied(left.as_ref());
             factor.solve_in_place(solved.as_mut())?;
             squares.extend(column_dots(left.as_ref(), solved.as_ref()));
         }

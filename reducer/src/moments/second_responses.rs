@@ -59,10 +59,7 @@ impl SecondResponses {
             let mut block = symmetric_product(mass, shapes.subcols(first, count));
             let known = shapes.subcols(0, first + count);
             enter_symmetric(&mut second, first, &gram(known, block.as_ref()));
-            // The factor enlarges what rounding has left of these motions, so they are taken out of the solutions too.
-            for complement in &complements {
-                complement.project_force(&mut block);
-            }
+            // Of these motions M X has what rounding leaves, which the factor enlarges: taken out afterwards, as much of it is left as if before too.
             factor.solve_in_place(block.as_mut())?;
             for complement in &complements {
                 complement.project_motion(&mut block);

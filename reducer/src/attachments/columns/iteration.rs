@@ -28,7 +28,7 @@ pub struct Solution {
     pub x: Mat<f64>,
     /// K x.
     pub product: Mat<f64>,
-    /// Residual forces.
+    /// Residual forces; before anything was solved all forces are, and not held here.
     pub left: Mat<f64>,
     /// Its norm over that of the forces.
     pub residuals: Vec<f64>,
@@ -60,8 +60,9 @@ impl Solution {
             return;
         }
         if !self.is_begun() {
-            self.x = zeros(self.left.nrows(), self.left.ncols());
-            self.product = zeros(self.left.nrows(), self.left.ncols());
+            // What isn't open at first has no force.
+            let nothing = || zeros(by.x.nrows(), self.residuals.len());
+            (self.x, self.product, self.left) = (nothing(), nothing(), nothing());
         }
         let pairs = [
             (&mut self.x, &by.x),
@@ -97,7 +98,7 @@ impl AttachmentProblem<'_> {
         let mut best = Solution {
             x: Mat::zeros(0, 0),
             product: Mat::zeros(0, 0),
-            left: copied(forces.columns.as_ref()),
+            left: Mat::zeros(0, 0),
             residuals: relative(&forces.norms, &forces.norms),
             iterations: 0,
         };
@@ -110,7 +111,10 @@ impl AttachmentProblem<'_> {
             }
             let chosen = (open.len() < forces.norms.len()).then(|| forces.some(&open));
             let forces = chosen.as_ref().unwrap_or(forces);
-            let left = some_columns(best.left.as_ref(), &open);
+            let left = match best.is_begun() {
+                true => some_columns(best.left.as_ref(), &open),
+                false => copied(forces.columns.as_ref()),
+            };
             let (mut x, made) = match sweep {
                 Sweep::Factor => (solved(factor, left)?, 1),
                 Sweep::ConjugateGradients => self.conjugate_gradients(factor, forces, left)?,
