@@ -34,19 +34,19 @@ BEGIN, END = "<!-- generated from data/work_precision.jsonl -->", "<!-- end of t
 RECORDS = 200
 RHO = 0.8
 TOLERANCES = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8]
+# How long the chain falls, s.
+CHAINS = {"chain-16": 0.1, "chain-16-swing": 1.0}
 STEPS = [1000, 4000, 16000, 64000, 256000]
 # Further ones of generalized_alpha: shorter where it is still above 1e-6, longer for the chain, whose motion is smooth.
-FURTHER_STEPS = {"slider-crank": [1024000, 4096000], "ivp-slider-crank": [1024000, 4096000], "chain-16": [200, 400], "chain-16-swing": [200, 400]}
+FURTHER_STEPS = {"slider-crank": [1024000, 4096000], "ivp-slider-crank": [1024000, 4096000], **dict.fromkeys(CHAINS, [200, 400])}
 PEER_STEPS = [1000, 4000, 16000]
 WANTED = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8]
 # Name: number of modes.
 MODES = {"slider-crank": 5, "ivp-slider-crank": 8, "solid-slider-crank": 10, "spinning-plate": 10}
 # The joint whose force is looked at.
-JOINTS = {"slider-crank": "wrist", "ivp-slider-crank": "wrist", "solid-slider-crank": "wrist", "chain-16": "hinge1", "chain-16-swing": "hinge1"}
+JOINTS = {"slider-crank": "wrist", "ivp-slider-crank": "wrist", "solid-slider-crank": "wrist", **dict.fromkeys(CHAINS, "hinge1")}
 FORCE_TOLERANCES = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6]
 CHAIN = dict(runner.case(16, 16, soft=True), newton=["modified"])
-# How long it falls, s.
-CHAINS = {"chain-16": 0.1, "chain-16-swing": 1.0}
 
 
 def simulate(folder, scene, integrator, end, output):

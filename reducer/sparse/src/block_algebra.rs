@@ -62,6 +62,20 @@ pub fn combination(v: MatRef<'_, f64>, c: MatRef<'_, f64>) -> Mat<f64> {
     y
 }
 
+/// `yⱼ += factorⱼ xⱼ` for each column.
+pub fn add_scaled_columns(y: MatMut<'_, f64>, factors: &[f64], x: MatRef<'_, f64>) {
+    assert_eq!((x.nrows(), x.ncols()), (y.nrows(), y.ncols()));
+    assert_eq!(factors.len(), x.ncols());
+    y.par_col_iter_mut()
+        .zip(x.par_col_iter())
+        .zip(factors)
+        .for_each(|((y, x), factor)| {
+            for (y, x) in y.iter_mut().zip(x.iter()) {
+                *y += factor * x;
+            }
+        });
+}
+
 /// `x = x c` with x (n, k) and c (k, k), in place.
 pub fn turn(x: MatMut<'_, f64>, c: MatRef<'_, f64>) {
     x.par_row_chunks_mut(DENSE_CHUNK_ROWS).for_each(|mut x| {

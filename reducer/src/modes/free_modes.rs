@@ -7,14 +7,13 @@
 use dcb_dense::{symmetric_eigen, symmetrized};
 use dcb_formats::SparseMatrix;
 use dcb_sparse::block_algebra::{
-    column_norms, combination, gram, set_columns, some_columns, symmetric_product,
-    symmetric_product_into, turn,
+    add_scaled_columns, column_norms, combination, gram, set_columns, some_columns,
+    symmetric_product, symmetric_product_into, turn,
 };
 use dcb_sparse::column_products::BLOCK;
 use dcb_sparse::factorization::PositiveFactor;
 use dcb_superelement::extended_to_gap;
 use faer::{Mat, MatRef, concat};
-use rayon::prelude::*;
 
 use crate::error::{Error, MatrixRefusal};
 use crate::model::condensation::Model;
@@ -460,19 +459,16 @@ pub fn residuals(
     precision: f64,
 ) -> (Vec<f64>, Vec<f64>) {
     let (mut norms, mut left) = (Vec::new(), Vec::new());
+    let opposite: Vec<f64> = eigenvalues.iter().map(|eigenvalue| -eigenvalue).collect();
     for first in (0..shapes.ncols()).step_by(BLOCK) {
         let count = BLOCK.min(shapes.ncols() - first);
         let mut forces = symmetric_product(stiffness, shapes.subcols(first, count));
         norms.extend(column_norms(forces.as_ref()));
-        forces
-            .par_col_iter_mut()
-            .zip(mass_shapes.subcols(first, count).par_col_iter())
-            .zip(&eigenvalues[first..first + count])
-            .for_each(|((forces, inertia), eigenvalue)| {
-                for (force, inertia) in forces.iter_mut().zip(inertia.iter()) {
-                    *force -= eigenvalue * inertia;
-                }
-            });
+        add_scaled_columns(
+            forces.as_mut(),
+            &opposite[first..first + count],
+            mass_shapes.subcols(first, count),
+        );
         left.extend(column_norms(forces.as_ref()));
     }
     let relative = |sizes: &[f64], factor: f64| {

@@ -1,9 +1,8 @@
 //! Residuals of the kept modes, and the errors of ω² that follow.
 
-use dcb_sparse::block_algebra::{column_dots, copied, symmetric_product};
+use dcb_sparse::block_algebra::{add_scaled_columns, column_dots, copied, symmetric_product};
 use dcb_sparse::column_products::BLOCK;
 use dcb_sparse::factorization::PositiveFactor;
-use rayon::prelude::*;
 
 use crate::attachments::enrichment::Reducing;
 use crate::error::Error;
@@ -26,24 +25,16 @@ impl ModeResiduals {
     ) -> Result<Self, Error> {
         let modes = of.modes;
         let mut squares = Vec::with_capacity(modes.count());
+        let opposite: Vec<f64> = modes.eigenvalues.iter().map(|value| -value).collect();
         for first in (0..modes.count()).step_by(BLOCK) {
             let count = BLOCK.min(modes.count() - first);
             let shapes = modes.shapes.as_ref().subcols(first, count);
             let mut left = symmetric_product(&of.model.stiffness, shapes);
-            left.par_col_iter_mut()
-                .zip(
-                    modes
-                        .mass_shapes
-                        .as_ref()
-                        .subcols(first, count)
-                        .par_col_iter(),
-                )
-                .zip(&modes.eigenvalues[first..first + count])
-                .for_each(|((left, inertia), eigenvalue)| {
-                    for (left, inertia) in left.iter_mut().zip(inertia.iter()) {
-                        *left -= eigenvalue * inertia;
-                    }
-                });
+            add_scaled_columns(
+                left.as_mut(),
+                &opposite[first..first + count],
+                modes.mass_shapes.as_ref().subcols(first, count),
+            );
             let mut solved = copied(left.as_ref());
             factor.solve_in_place(solved.as_mut())?;
             squares.extend(column_dots(left.as_ref(), solved.as_ref()));

@@ -47,7 +47,7 @@ impl<'a> Complement<'a> {
     }
 
     /// f -= M Φₐ Φₐᵀ f
-    pub fn project_force(&self, f: &mut Mat<f64>) {
+    pub(super) fn project_force(&self, f: &mut Mat<f64>) {
         if self.shapes.ncols() == 0 {
             return;
         }

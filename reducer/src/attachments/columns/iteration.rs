@@ -1,12 +1,13 @@
 //! One block of attachment columns: refinement with the factor of K + σ M, and conjugate gradients where that is slow.
 
 use dcb_sparse::block_algebra::{
-    add_combination, column_dots, copied, gram, set_columns, some_columns, symmetric_product, zeros,
+    add_combination, add_scaled_columns, column_dots, copied, gram, set_columns, some_columns,
+    symmetric_product, zeros,
 };
 use dcb_sparse::factorization::PositiveFactor;
 use faer::Mat;
 
-use super::{AttachmentProblem, ProjectedForces, add_scaled, relative};
+use super::{AttachmentProblem, ProjectedForces, relative};
 
 use crate::error::Error;
 
@@ -121,10 +122,10 @@ impl AttachmentProblem<'_> {
             };
             iterations += made;
             if best.is_begun() {
-                add_scaled(
-                    &mut x,
+                add_scaled_columns(
+                    x.as_mut(),
                     &vec![1.0; open.len()],
-                    &some_columns(best.x.as_ref(), &open),
+                    some_columns(best.x.as_ref(), &open).as_ref(),
                 );
             }
             self.project_motion(&mut x);
@@ -223,7 +224,7 @@ impl AttachmentProblem<'_> {
                     .zip(&rz)
                     .map(|(next, rz): (&f64, &f64)| if *rz > 0.0 { next / rz } else { 0.0 })
                     .collect();
-                add_scaled(&mut z, &momentum, &p);
+                add_scaled_columns(z.as_mut(), &momentum, p.as_ref());
             }
             p = z;
             rz = next;
@@ -236,9 +237,9 @@ impl AttachmentProblem<'_> {
                     false => 0.0,
                 })
                 .collect();
-            add_scaled(&mut x, &step, &p);
+            add_scaled_columns(x.as_mut(), &step, p.as_ref());
             let back: Vec<f64> = step.iter().map(|step| -step).collect();
-            add_scaled(&mut r, &back, &kp);
+            add_scaled_columns(r.as_mut(), &back, kp.as_ref());
             self.project_force(&mut r);
         }
         Ok((x, ITERATIONS_PER_SWEEP))

@@ -13,7 +13,7 @@ mod loads;
 use std::convert::Infallible;
 
 use dcb_sparse::block_algebra::{
-    absolute_product, add_combination, copied, copy, some_columns, zeros,
+    absolute_product, add_combination, add_scaled_columns, copied, copy, some_columns, zeros,
 };
 use dcb_sparse::column_products::{BLOCK, StiffnessProducts};
 use dcb_sparse::factorization::PositiveFactor;
@@ -253,7 +253,11 @@ impl<'a> AttachmentProblem<'a> {
     /// f - K x without its rigid part, which no x can change.
     fn remainder(&self, forces: &ProjectedForces, product: &Mat<f64>) -> Mat<f64> {
         let mut left = copied(forces.columns.as_ref());
-        add_scaled(&mut left, &vec![-1.0; product.ncols()], product);
+        add_scaled_columns(
+            left.as_mut(),
+            &vec![-1.0; product.ncols()],
+            product.as_ref(),
+        );
         self.project_force(&mut left);
         left
     }
@@ -301,18 +305,6 @@ impl<'a> AttachmentProblem<'a> {
     fn norms(&self, x: MatRef<'_, f64>) -> Vec<f64> {
         weighted_norms(x, &self.weights)
     }
-}
-
-/// y += factorⱼ p, column by column.
-fn add_scaled(y: &mut Mat<f64>, factors: &[f64], p: &Mat<f64>) {
-    y.par_col_iter_mut()
-        .zip(p.par_col_iter())
-        .zip(factors)
-        .for_each(|((y, p), factor)| {
-            for (y, p) in y.iter_mut().zip(p.iter()) {
-                *y += factor * p;
-            }
-        });
 }
 
 /// Ratios; 0 where there is nothing to divide by.
