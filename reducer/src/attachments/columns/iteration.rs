@@ -1,11 +1,11 @@
-//! One block of attachment columns: refinement with the factor of K + σ M, and conjugate gradients where that is slow.
+//! Blocks of attachment columns: refinement with the factor of K + σ M, and conjugate gradients where that is slow.
 
 use dcb_sparse::block_algebra::{
     add_combination, add_scaled_columns, column_dots, copied, gram, set_columns, some_columns,
     symmetric_product, zeros,
 };
 use dcb_sparse::factorization::PositiveFactor;
-use faer::Mat;
+use faer::{ColRef, Mat};
 
 use super::{AttachmentProblem, ProjectedForces, relative};
 
@@ -13,6 +13,8 @@ use crate::error::Error;
 
 /// Relative residual of the attachment columns that is aimed at.
 const RESIDUAL_AIM: f64 = 1e-12;
+/// One up to this is small enough too if it is not above rounding in K x.
+const RESIDUAL_AT_ROUNDING: f64 = 1e-11;
 /// Sweeps of refinement and iterations in each.
 const SWEEPS: usize = 6;
 const ITERATIONS_PER_SWEEP: usize = 60;
@@ -20,7 +22,7 @@ const ITERATIONS_PER_SWEEP: usize = 60;
 const FAST: f64 = 1e-2;
 /// Share of kept modes in an attachment column that is always left there, and that is left where taking it out costs accuracy.
 const MODE_CONTENT: f64 = 1e-10;
-const LARGEST_MODE_CONTENT: f64 = 2e-9;
+const LARGEST_MODE_CONTENT: f64 = 1e-9;
 /// Relative residual that columns without kept modes may have.
 const CLEANED_RESIDUAL: f64 = 1e-12;
 
@@ -29,7 +31,7 @@ pub struct Solution {
     pub x: Mat<f64>,
     /// K x.
     pub product: Mat<f64>,
-    /// Residual forces; before anything was solved all forces are, and not held here.
+    /// Residual forces.
     pub left: Mat<f64>,
     /// Its norm over that of the forces.
     pub residuals: Vec<f64>,
@@ -37,34 +39,13 @@ pub struct Solution {
 }
 
 impl Solution {
-    /// Columns whose residuals are above the aim, or no numbers.
-    fn open(&self) -> Vec<usize> {
-        let is_open = |j: &usize| self.residuals[*j].is_nan() || self.residuals[*j] > RESIDUAL_AIM;
-        (0..self.residuals.len()).filter(is_open).collect()
-    }
-
-    /// Whether any column is more than zero.
-    fn is_begun(&self) -> bool {
-        self.product.ncols() > 0
-    }
-
     /// The largest residual; one that is no number is larger than any other.
     fn worst(&self) -> f64 {
-        let largest = self.residuals.iter().copied().max_by(f64::total_cmp);
-        largest.unwrap_or(0.0)
+        largest(&self.residuals)
     }
 
     /// Takes over some columns, in this order those of another solution.
     fn replace(&mut self, columns: &[usize], by: Self) {
-        if columns.len() == self.residuals.len() {
-            *self = by;
-            return;
-        }
-        if !self.is_begun() {
-            // What isn't open at first has no force.
-            let nothing = || zeros(by.x.nrows(), self.residuals.len());
-            (self.x, self.product, self.left) = (nothing(), nothing(), nothing());
-        }
         let pairs = [
             (&mut self.x, &by.x),
             (&mut self.product, &by.product),
@@ -91,62 +72,82 @@ enum Sweep {
 impl AttachmentProblem<'_> {
     /// Sweeps of refinement until the residuals are small or as good as rounding allows, each for the columns that are still open. The factor
     /// alone mostly takes a residual to rounding; where it doesn't, because the shift is not small beside the first eigenvalue, conjugate gradients go on.
-    pub(super) fn solve_block(
+    pub(super) fn refined(
         &self,
         factor: &PositiveFactor,
         forces: &ProjectedForces,
+        begun: Solution,
     ) -> Result<Solution, Error> {
-        let mut best = Solution {
-            x: Mat::zeros(0, 0),
-            product: Mat::zeros(0, 0),
-            left: Mat::zeros(0, 0),
-            residuals: relative(&forces.norms, &forces.norms),
-            iterations: 0,
+        let mut best = begun;
+        let mut open: Vec<usize> = (0..best.residuals.len()).collect();
+        let mut sweep = match best.worst() <= FAST {
+            true => Sweep::Factor,
+            false => Sweep::ConjugateGradients,
         };
-        let mut iterations = 0;
-        let mut sweep = Sweep::Factor;
-        for _ in 0..SWEEPS {
-            let open = best.open();
-            if open.is_empty() {
-                break;
-            }
-            let chosen = (open.len() < forces.norms.len()).then(|| forces.some(&open));
-            let forces = chosen.as_ref().unwrap_or(forces);
-            let left = match best.is_begun() {
-                true => some_columns(best.left.as_ref(), &open),
-                false => copied(forces.columns.as_ref()),
-            };
+        for _ in 1..SWEEPS {
+            let chosen = forces.some(&open);
+            let before = some_columns(best.x.as_ref(), &open);
+            let left = some_columns(best.left.as_ref(), &open);
             let (mut x, made) = match sweep {
                 Sweep::Factor => (solved(factor, left)?, 1),
-                Sweep::ConjugateGradients => self.conjugate_gradients(factor, forces, left)?,
+                Sweep::ConjugateGradients => self.conjugate_gradients(factor, &chosen, left)?,
             };
-            iterations += made;
-            if best.is_begun() {
-                add_scaled_columns(
-                    x.as_mut(),
-                    &vec![1.0; open.len()],
-                    some_columns(best.x.as_ref(), &open).as_ref(),
-                );
-            }
+            add_scaled_columns(x.as_mut(), &vec![1.0; open.len()], before.as_ref());
             self.project_motion(&mut x);
-            let next = self.solution(forces, x, 0);
+            let next = self.solution(&chosen, x, 0);
+            best.iterations += made;
             let share = next.worst() / best.worst();
             if share < 1.0 {
                 best.replace(&open, next);
             }
+            open = self.open(forces, &best);
             sweep = match sweep {
+                _ if open.is_empty() => break,
                 Sweep::Factor if share <= FAST => Sweep::Factor,
                 // What doesn't become much better any more is as good as rounding allows.
                 Sweep::ConjugateGradients if share.is_nan() || share > 0.5 => break,
                 _ => Sweep::ConjugateGradients,
             };
         }
-        if !best.is_begun() {
-            let nothing = zeros(forces.columns.nrows(), forces.columns.ncols());
-            return Ok(self.solution(forces, nothing, iterations));
-        }
-        best.iterations = iterations;
         Ok(self.without_kept_modes(forces, best))
+    }
+
+    /// What one solution with the factor gives; nothing if that leaves more than there was.
+    pub(super) fn first_solution(
+        &self,
+        factor: &PositiveFactor,
+        forces: &ProjectedForces,
+    ) -> Result<Solution, Error> {
+        let nothing = || zeros(forces.columns.nrows(), forces.columns.ncols());
+        if forces.norms.iter().all(|norm| *norm == 0.0) {
+            return Ok(self.solution(forces, nothing(), 0));
+        }
+        let mut x = solved(factor, copied(forces.columns.as_ref()))?;
+        self.project_motion(&mut x);
+        let first = self.solution(forces, x, 1);
+        match first.worst() < 1.0 {
+            true => Ok(first),
+            false => Ok(self.solution(forces, nothing(), 1)),
+        }
+    }
+
+    /// Columns whose residuals are too large, or no numbers.
+    pub(super) fn open(&self, forces: &ProjectedForces, solution: &Solution) -> Vec<usize> {
+        let residuals = &solution.residuals;
+        let above: Vec<usize> = (0..residuals.len())
+            .filter(|j| residuals[*j].is_nan() || residuals[*j] > RESIDUAL_AIM)
+            .collect();
+        let near: Vec<usize> = (above.iter().copied())
+            .filter(|j| residuals[*j] <= RESIDUAL_AT_ROUNDING)
+            .collect();
+        let norms: Vec<f64> = near.iter().map(|j| forces.norms[*j]).collect();
+        let roundings = self.roundings(&some_columns(solution.x.as_ref(), &near), &norms);
+        let at_rounding: Vec<usize> = (near.into_iter().zip(roundings))
+            .filter(|(j, rounding)| residuals[*j] <= *rounding)
+            .map(|(j, _)| j)
+            .collect();
+        let is_open = |j: &usize| !at_rounding.contains(j);
+        above.into_iter().filter(is_open).collect()
     }
 
     /// A block of columns with what they leave.
@@ -167,30 +168,71 @@ impl AttachmentProblem<'_> {
         }
     }
 
-    /// Takes kept modes out where the columns hold more of them than [`MODE_CONTENT`]. The exact solution has none; but with
-    /// modes that rounding leaves a residual, to take them out can cost the columns as much of theirs.
-    fn without_kept_modes(&self, forces: &ProjectedForces, solution: Solution) -> Solution {
-        let amounts = gram(self.kept.mass_shapes, solution.x.as_ref());
+    /// Takes kept modes out of columns that hold more of them than [`MODE_CONTENT`]. The exact solution has none; but with
+    /// modes that rounding leaves a residual, to take them out can cost a column as much of its own.
+    pub(super) fn without_kept_modes(
+        &self,
+        forces: &ProjectedForces,
+        mut solution: Solution,
+    ) -> Solution {
+        let mut amounts = gram(self.kept.mass_shapes, solution.x.as_ref());
         let sizes = self.norms(solution.x.as_ref());
-        let share = |j: usize| {
-            let content: f64 = (0..amounts.nrows())
-                .map(|k| (amounts[(k, j)] * self.kept_norms[k]).powi(2))
-                .sum();
-            content.sqrt() / sizes[j]
-        };
-        let shares = (0..sizes.len()).filter(|j| sizes[*j] > 0.0).map(share);
-        let largest = shares.fold(0.0, f64::max);
-        if largest <= MODE_CONTENT {
+        let contents = relative(&self.modal_sizes(&amounts), &sizes);
+        if contents.iter().all(|content| *content <= MODE_CONTENT) {
             return solution;
         }
-        let mut x = copied(solution.x.as_ref());
-        add_combination(x.as_mut(), self.kept.shapes, amounts.as_ref(), -1.0);
-        let cleaned = self.solution(forces, x, solution.iterations);
-        let costs = cleaned.worst() > CLEANED_RESIDUAL.max(solution.worst());
-        match costs && largest <= LARGEST_MODE_CONTENT {
-            true => solution,
-            false => cleaned,
+        // K Φ a as M Φ Ω² a: what modes leave of their equation is beyond double precision in so little of them.
+        let mut cleaned = copied(solution.left.as_ref());
+        self.add_modal_forces(&mut cleaned, &amounts, 1.0);
+        let residuals = relative(&self.norms(cleaned.as_ref()), &forces.norms);
+        let is_taken = |j: &usize| {
+            let costs = residuals[*j] > CLEANED_RESIDUAL.max(solution.residuals[*j]);
+            contents[*j] > LARGEST_MODE_CONTENT || contents[*j] > MODE_CONTENT && !costs
+        };
+        let (taken, left): (Vec<usize>, Vec<usize>) = (0..contents.len()).partition(is_taken);
+        if taken.is_empty() {
+            return solution;
         }
+        for j in left {
+            amounts.col_mut(j).fill(0.0);
+        }
+        add_combination(
+            solution.x.as_mut(),
+            self.kept.shapes,
+            amounts.as_ref(),
+            -1.0,
+        );
+        let is_large = |content: &f64| *content > LARGEST_MODE_CONTENT;
+        if contents.iter().any(is_large) {
+            return self.solution(forces, solution.x, solution.iterations);
+        }
+        self.add_modal_forces(&mut solution.product, &amounts, -1.0);
+        let cleaned = some_columns(cleaned.as_ref(), &taken);
+        set_columns(solution.left.as_mut(), &taken, cleaned.as_ref());
+        for j in taken {
+            solution.residuals[j] = residuals[j];
+        }
+        solution
+    }
+
+    /// For each column of amounts a, the root of the sum of ‖φ a‖² over the modes.
+    fn modal_sizes(&self, amounts: &Mat<f64>) -> Vec<f64> {
+        let squares = |column: ColRef<'_, f64>| -> f64 {
+            let pairs = column.iter().zip(&self.kept_norms);
+            pairs.map(|(amount, norm)| (amount * norm).powi(2)).sum()
+        };
+        amounts
+            .col_iter()
+            .map(|column| squares(column).sqrt())
+            .collect()
+    }
+
+    /// `f += factor · M Φ Ω² a`
+    fn add_modal_forces(&self, f: &mut Mat<f64>, amounts: &Mat<f64>, factor: f64) {
+        let work = Mat::from_fn(amounts.nrows(), amounts.ncols(), |k, j| {
+            self.kept_eigenvalues[k] * amounts[(k, j)]
+        });
+        add_combination(f.as_mut(), self.kept.mass_shapes, work.as_ref(), factor);
     }
 
     /// An approximate solution of K z = r without motions that have no stiffness.
@@ -244,6 +286,12 @@ impl AttachmentProblem<'_> {
         }
         Ok((x, ITERATIONS_PER_SWEEP))
     }
+}
+
+/// The largest residual; one that is no number is larger than any other.
+fn largest(residuals: &[f64]) -> f64 {
+    let largest = residuals.iter().copied().max_by(f64::total_cmp);
+    largest.unwrap_or(0.0)
 }
 
 /// The solutions of (K + σ M) z = r.

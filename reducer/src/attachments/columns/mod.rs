@@ -9,15 +9,15 @@
 mod complement;
 mod iteration;
 mod loads;
-
-use std::convert::Infallible;
+mod postponed;
+mod solved;
 
 use dcb_sparse::block_algebra::{
-    absolute_product, add_combination, add_scaled_columns, copied, copy, some_columns, zeros,
+    absolute_product, add_combination, add_scaled_columns, copied, side_by_side, some_columns,
+    zeros,
 };
-use dcb_sparse::column_products::{BLOCK, StiffnessProducts};
+use dcb_sparse::column_products::BLOCK;
 use dcb_sparse::factorization::PositiveFactor;
-use faer::reborrow::*;
 use faer::{Mat, MatRef};
 use rayon::prelude::*;
 
@@ -28,8 +28,10 @@ use crate::modes::free_modes::FreeModes;
 use crate::observer::Observer;
 
 pub use complement::Complement;
-use iteration::Solution;
 pub use loads::Loads;
+use postponed::Postponed;
+use solved::Collected;
+pub use solved::SolvedColumns;
 
 /// Relative residual above which the columns are refused, where double precision can tell that much.
 pub const RESIDUAL_LIMIT: f64 = 1e-8;
@@ -46,6 +48,8 @@ pub struct AttachmentProblem<'a> {
     kept: Complement<'a>,
     /// Norms of their shapes.
     kept_norms: Vec<f64>,
+    /// ω², (rad/s)².
+    kept_eigenvalues: &'a [f64],
     /// Kept modes without stiffness.
     loose: Complement<'a>,
     /// Relative precision of the stiffness entries.
@@ -73,33 +77,14 @@ impl ProjectedForces {
             spent: flags(&self.spent),
         }
     }
-}
 
-/// Attachment columns with what they leave of their equation.
-pub struct SolvedColumns {
-    /// X, (n_c, n_b).
-    pub columns: Mat<f64>,
-    /// Xᵀ K X and Φᵀ K X.
-    pub stiffness: StiffnessProducts,
-    /// Rows whose force only moves the part rigidly.
-    pub inert: Vec<bool>,
-    /// Rows whose force only excites rigid and kept motions; the inert ones among them.
-    pub spent: Vec<bool>,
-    /// Preconditioned iterations made, the most of any block.
-    pub iterations: usize,
-    /// The column whose residual exceeds its limit most; `None` without columns.
-    pub worst: Option<WorstColumn>,
-}
-
-/// Residual of an attachment column.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct WorstColumn {
-    /// Its row of L_b, or its place among the forces.
-    pub row: usize,
-    /// ‖K x - f‖ / ‖f‖.
-    pub residual: f64,
-    /// The part of it that rounding in K x explains, ε ‖|K| |x|‖ / ‖f‖.
-    pub rounding: f64,
+    /// Takes further columns in.
+    fn extend(&mut self, by: Self) {
+        self.columns = side_by_side(self.columns.as_ref(), by.columns.as_ref());
+        self.norms.extend(by.norms);
+        self.inert.extend(by.inert);
+        self.spent.extend(by.spent);
+    }
 }
 
 impl<'a> AttachmentProblem<'a> {
@@ -119,6 +104,7 @@ impl<'a> AttachmentProblem<'a> {
             loose: Complement::of_loose_modes(modes),
             precision: rigid.stiffness_precision,
             kept_norms: weighted_norms(modes.shapes.as_ref(), &weights),
+            kept_eigenvalues: &modes.eigenvalues,
             weights,
         }
     }
@@ -169,7 +155,7 @@ impl<'a> AttachmentProblem<'a> {
         self.forces(0, self.loads.len()).columns
     }
 
-    /// Solves for all columns, block by block.
+    /// Solves for all columns, block by block. Columns that one solution doesn't suffice for wait until there is a block of them.
     ///
     /// # Errors
     /// [`Error::Interrupted`], and those of solving.
@@ -179,11 +165,24 @@ impl<'a> AttachmentProblem<'a> {
         observer: &mut dyn Observer,
     ) -> Result<SolvedColumns, Error> {
         let n_b = self.loads.len();
-        let columns = zeros(self.model.len(), n_b);
-        self.by_blocks(columns, |forces, first, _| {
+        let mut collected = Collected::new(self, zeros(self.model.len(), n_b));
+        let mut postponed = Postponed::default();
+        for first in (0..n_b).step_by(BLOCK) {
             observer.advance(first as f64 / n_b as f64)?;
-            self.solve_block(factor, forces)
-        })
+            let forces = self.forces(first, BLOCK.min(n_b - first));
+            let solution = self.first_solution(factor, &forces)?;
+            let open = self.open(&forces, &solution);
+            let rows: Vec<usize> = open.iter().map(|j| first + j).collect();
+            let waiting = forces.some(&open);
+            let solution = self.without_kept_modes(&forces, solution);
+            collected.enter(forces, solution);
+            if postponed.len() + rows.len() > BLOCK {
+                self.refine(factor, std::mem::take(&mut postponed), &mut collected)?;
+            }
+            postponed.extend(rows, waiting);
+        }
+        self.refine(factor, postponed, &mut collected)?;
+        Ok(collected.finish())
     }
 
     /// The error of columns that don't satisfy their equation.
@@ -207,47 +206,30 @@ impl<'a> AttachmentProblem<'a> {
 
     /// How well given columns X solve K X = P' L_bᵀ.
     pub fn judge(&self, columns: Mat<f64>) -> SolvedColumns {
-        let Ok(judged) = self.by_blocks(columns, |forces, _, x| {
-            Ok::<_, Infallible>(self.solution(forces, x.to_owned(), 0))
-        });
-        judged
+        let n_b = self.loads.len();
+        let mut collected = Collected::new(self, columns);
+        for first in (0..n_b).step_by(BLOCK) {
+            let rows: Vec<usize> = (first..n_b.min(first + BLOCK)).collect();
+            let forces = self.forces(first, rows.len());
+            let solution = self.solution(&forces, collected.some(&rows), 0);
+            collected.enter(forces, solution);
+        }
+        collected.finish()
     }
 
-    /// Replaces the columns block by block, and evaluates what they leave and what follows from K X.
-    fn by_blocks<E>(
+    /// Refines the columns that were put off, and enters them anew.
+    fn refine(
         &self,
-        mut columns: Mat<f64>,
-        mut solve: impl FnMut(&ProjectedForces, usize, MatRef<'_, f64>) -> Result<Solution, E>,
-    ) -> Result<SolvedColumns, E> {
-        let n_b = columns.ncols();
-        let mut stiffness = StiffnessProducts::empty(self.kept.shapes.ncols(), n_b);
-        let (mut inert, mut spent) = (Vec::new(), Vec::new());
-        let mut residuals = Vec::with_capacity(n_b);
-        let mut norms = Vec::with_capacity(n_b);
-        let mut iterations = 0;
-        for first in (0..n_b).step_by(BLOCK) {
-            let count = BLOCK.min(n_b - first);
-            let forces = self.forces(first, count);
-            let block = columns.as_mut().subcols_mut(first, count);
-            let solution = solve(&forces, first, block.rb())?;
-            copy(solution.x.as_ref(), block);
-            iterations = iterations.max(solution.iterations);
-            let known = columns.as_ref().subcols(0, first + count);
-            stiffness.add(self.kept.shapes, known, first, solution.product.as_ref());
-            residuals.extend(solution.residuals);
-            norms.extend(forces.norms);
-            inert.extend(forces.inert);
-            spent.extend(forces.spent);
-        }
-        let worst = self.worst(&columns, &residuals, &norms);
-        Ok(SolvedColumns {
-            columns,
-            stiffness,
-            inert,
-            spent,
-            iterations,
-            worst,
-        })
+        factor: &PositiveFactor,
+        postponed: Postponed,
+        collected: &mut Collected,
+    ) -> Result<(), Error> {
+        let Some((rows, forces)) = postponed.columns else {
+            return Ok(());
+        };
+        let begun = self.solution(&forces, collected.some(&rows), 1);
+        collected.replace(&rows, self.refined(factor, &forces, begun)?);
+        Ok(())
     }
 
     /// f - K x without its rigid part, which no x can change.
@@ -274,32 +256,11 @@ impl<'a> AttachmentProblem<'a> {
         self.loose.project_motion(x);
     }
 
-    /// The column whose residual exceeds its limit most. Rounding is evaluated where it matters: for residuals above the limit, and for the
-    /// largest one.
-    fn worst(&self, columns: &Mat<f64>, residuals: &[f64], norms: &[f64]) -> Option<WorstColumn> {
-        let largest =
-            (0..residuals.len()).max_by(|a, b| residuals[*a].total_cmp(&residuals[*b]))?;
-        let asked: Vec<usize> = (0..residuals.len())
-            .filter(|j| *j == largest || residuals[*j] > RESIDUAL_LIMIT)
-            .collect();
-        let candidates = asked.chunks(BLOCK).flat_map(|asked| {
-            let block = some_columns(columns.as_ref(), asked);
-            let absolute = absolute_product(&self.model.stiffness, block.as_ref());
-            let sizes = self.norms(absolute.as_ref());
-            let scales: Vec<f64> = asked.iter().map(|j| norms[*j]).collect();
-            let roundings = relative(&sizes, &scales);
-            asked
-                .iter()
-                .zip(roundings)
-                .map(|(row, rounding)| WorstColumn {
-                    row: *row,
-                    residual: residuals[*row],
-                    rounding: self.precision * rounding,
-                })
-                .collect::<Vec<_>>()
-        });
-        let excess = |column: &WorstColumn| column.residual / residual_limit(column.rounding);
-        candidates.max_by(|a, b| excess(a).total_cmp(&excess(b)))
+    /// The part of relative residuals that rounding in K x explains, ε ‖|K| |x|‖ / ‖f‖, with the norms ‖f‖ of the forces.
+    fn roundings(&self, columns: &Mat<f64>, norms: &[f64]) -> Vec<f64> {
+        let absolute = absolute_product(&self.model.stiffness, columns.as_ref());
+        let sizes = relative(&self.norms(absolute.as_ref()), norms);
+        sizes.iter().map(|size| self.precision * size).collect()
     }
 
     fn norms(&self, x: MatRef<'_, f64>) -> Vec<f64> {
