@@ -56,30 +56,59 @@ pub(super) struct KrylovSpace<'a> {
 impl KrylovSpace<'_> {
     /// Whether S has no other eigenvalues from `limit` on than the first `found` Ritz values, but for that chance.
     pub fn has_all(&self, found: usize, limit: f64) -> bool {
-        let Some(pole) = self.values.get(found).copied() else {
-            return false;
-        };
-        if !(limit > pole && pole > 0.0) {
+        let allowed = self.allowed(found + 2);
+        self.has_all_from(found, limit, &allowed)
+            || self.has_all_beside_next(found, limit, &allowed)
+    }
+
+    /// Whether a limit is below the first `found` Ritz values and above the next one, and that above zero.
+    fn is_between(&self, found: usize, limit: f64) -> bool {
+        let is_above = found == 0 || self.values.get(found - 1).is_some_and(|last| *last > limit);
+        let next = self.values.get(found).copied();
+        is_above && next.is_some_and(|next| limit > next && next > 0.0)
+    }
+
+    /// The same by what is around the limit.
+    pub(super) fn has_all_from(&self, found: usize, limit: f64, allowed: &[f64]) -> bool {
+        if !self.is_between(found, limit) {
             return false;
         }
-        if found > 0 && self.values[found - 1] <= limit {
-            return false;
-        }
-        let allowed = self.allowed(found);
         let mut groups = Vec::from(WIDTHS.map(|width| self.groups(width, found, limit)));
         groups.dedup();
         groups
             .iter()
-            .any(|groups| self.has_all_beside(groups, found, limit, &allowed))
+            .any(|groups| self.has_all_beside(groups, found, limit, allowed))
     }
 
-    /// δ √mass_part for shares of 1, 2, … eigenvectors.
+    /// The same by what is around a lower limit, below the next Ritz value, where that is close to the limit: there are no others from
+    /// the lower limit on, and the next one is where its Ritz value is.
+    fn has_all_beside_next(&self, found: usize, limit: f64, allowed: &[f64]) -> bool {
+        let (Some(next), Some(pole)) = (self.values.get(found), self.values.get(found + 1)) else {
+            return false;
+        };
+        let lower = 0.5 * (next + pole);
+        let error = self.error(found + 1);
+        self.is_between(found, limit)
+            && next + error < limit
+            && lower < next - error
+            && self.has_all_from(found + 1, lower, allowed)
+    }
+
+    /// How far the last of the first Ritz values is at most from the last of as many eigenvalues of S, which they belong to one by one (Kahan 1967, as in Parlett, The
+    /// Symmetric Eigenvalue Problem, theorem 11.5.1): the norm of what S makes of their vectors beyond them; and rounding.
+    fn error(&self, count: usize) -> f64 {
+        let last = self.values[count - 1];
+        let leaving = self.leaving.subcols(0, count).norm_l2();
+        leaving + self.rounding * last * last + PROJECTED * self.values[0]
+    }
+
+    /// δ √mass_part for shares of 1, 2, … of so many eigenvectors.
     ///
-    /// If more eigenvalues than `found` are above the limit, one of the largest `found + 1` is outside of all intervals, or one interval has more of these than Ritz
+    /// If more eigenvalues than were found are above a limit, one of the largest, as many and one, is outside of all intervals, or one interval has more of these than Ritz
     /// values. So that many eigenvectors, and as many runs of each length among them, must not have small shares.
-    fn allowed(&self, found: usize) -> Vec<f64> {
+    pub(super) fn allowed(&self, eigenvectors: usize) -> Vec<f64> {
         let block = self.start.nrows();
-        let chance = self.chance / ((found + 1) as f64 * block as f64);
+        let chance = self.chance / (eigenvectors as f64 * block as f64);
         (1..=block)
             .map(|count| smallest_singular_value(block, count, chance) * self.mass_part.sqrt())
             .collect()

@@ -194,3 +194,25 @@ fn copies_of_a_root_are_proven_up_to_the_width_of_the_block() {
         assert!(!run.space(1e-9).has_all(found + 1, limit));
     }
 }
+
+/// A limit between two values that are nearly one is proven by the gap below both, steps before its own gap would do.
+#[test]
+fn a_narrow_gap_at_the_limit_is_proven_by_the_next_one() {
+    let mut random = Pcg64::seed_from_u64(5);
+    let mut spectrum = spectrum(80);
+    let found = 6;
+    spectrum[found] = spectrum[found - 1] * (1.0 - 2e-5);
+    let limit = spectrum[found - 1] * (1.0 - 1e-5);
+    let mut earlier = 0;
+    for steps in 4..14 {
+        let run = Run::new(&spectrum, 4, steps, &mut random);
+        let space = run.space(1e-9);
+        let by_its_own = space.has_all_from(found, limit, &space.allowed(found + 2));
+        let proven = space.has_all(found, limit);
+        assert!(proven || !by_its_own);
+        earlier += usize::from(proven && !by_its_own);
+        // Not where the next one is above the limit, however little.
+        assert!(!space.has_all(found, spectrum[found] * (1.0 - 1e-9)));
+    }
+    assert!(earlier > 0);
+}

@@ -13,7 +13,7 @@ use crate::error::Error;
 
 /// Relative residual of the attachment columns that is aimed at.
 const RESIDUAL_AIM: f64 = 1e-12;
-/// One up to this is small enough too if it is not above rounding in K x.
+/// One up to this is small enough after a second solution if it is not above rounding in K x.
 const RESIDUAL_AT_ROUNDING: f64 = 1e-11;
 /// Sweeps of refinement and iterations in each.
 const SWEEPS: usize = 6;
@@ -42,6 +42,12 @@ impl Solution {
     /// The largest residual; one that is no number is larger than any other.
     fn worst(&self) -> f64 {
         largest(&self.residuals)
+    }
+
+    /// Columns whose residuals are above the aim, or no numbers.
+    pub fn open(&self) -> Vec<usize> {
+        let is_open = |j: &usize| self.residuals[*j].is_nan() || self.residuals[*j] > RESIDUAL_AIM;
+        (0..self.residuals.len()).filter(is_open).collect()
     }
 
     /// Takes over some columns, in this order those of another solution.
@@ -100,7 +106,7 @@ impl AttachmentProblem<'_> {
             if share < 1.0 {
                 best.replace(&open, next);
             }
-            open = self.open(forces, &best);
+            open = self.improvable(forces, &best);
             sweep = match sweep {
                 _ if open.is_empty() => break,
                 Sweep::Factor if share <= FAST => Sweep::Factor,
@@ -131,23 +137,20 @@ impl AttachmentProblem<'_> {
         }
     }
 
-    /// Columns whose residuals are too large, or no numbers.
-    pub(super) fn open(&self, forces: &ProjectedForces, solution: &Solution) -> Vec<usize> {
-        let residuals = &solution.residuals;
-        let above: Vec<usize> = (0..residuals.len())
-            .filter(|j| residuals[*j].is_nan() || residuals[*j] > RESIDUAL_AIM)
-            .collect();
-        let near: Vec<usize> = (above.iter().copied())
-            .filter(|j| residuals[*j] <= RESIDUAL_AT_ROUNDING)
+    /// Open columns of a refined solution that are worth another sweep: their residuals are above rounding.
+    fn improvable(&self, forces: &ProjectedForces, solution: &Solution) -> Vec<usize> {
+        let open = solution.open();
+        let near: Vec<usize> = (open.iter().copied())
+            .filter(|j| solution.residuals[*j] <= RESIDUAL_AT_ROUNDING)
             .collect();
         let norms: Vec<f64> = near.iter().map(|j| forces.norms[*j]).collect();
         let roundings = self.roundings(&some_columns(solution.x.as_ref(), &near), &norms);
         let at_rounding: Vec<usize> = (near.into_iter().zip(roundings))
-            .filter(|(j, rounding)| residuals[*j] <= *rounding)
+            .filter(|(j, rounding)| solution.residuals[*j] <= *rounding)
             .map(|(j, _)| j)
             .collect();
-        let is_open = |j: &usize| !at_rounding.contains(j);
-        above.into_iter().filter(is_open).collect()
+        let is_above = |j: &usize| !at_rounding.contains(j);
+        open.into_iter().filter(is_above).collect()
     }
 
     /// A block of columns with what they leave.
@@ -177,16 +180,16 @@ impl AttachmentProblem<'_> {
     ) -> Solution {
         let mut amounts = gram(self.kept.mass_shapes, solution.x.as_ref());
         let sizes = self.norms(solution.x.as_ref());
-        let contents = relative(&self.modal_sizes(&amounts), &sizes);
+        let contents = relative(&root_sums(&amounts, &self.kept_norms), &sizes);
         if contents.iter().all(|content| *content <= MODE_CONTENT) {
             return solution;
         }
-        // K Φ a as M Φ Ω² a: what modes leave of their equation is beyond double precision in so little of them.
-        let mut cleaned = copied(solution.left.as_ref());
-        self.add_modal_forces(&mut cleaned, &amounts, 1.0);
-        let residuals = relative(&self.norms(cleaned.as_ref()), &forces.norms);
+        let added = relative(
+            &root_sums(&self.work(&amounts), &self.kept_force_norms),
+            &forces.norms,
+        );
         let is_taken = |j: &usize| {
-            let costs = residuals[*j] > CLEANED_RESIDUAL.max(solution.residuals[*j]);
+            let costs = added[*j] > CLEANED_RESIDUAL.max(solution.residuals[*j]);
             contents[*j] > LARGEST_MODE_CONTENT || contents[*j] > MODE_CONTENT && !costs
         };
         let (taken, left): (Vec<usize>, Vec<usize>) = (0..contents.len()).partition(is_taken);
@@ -202,37 +205,23 @@ impl AttachmentProblem<'_> {
             amounts.as_ref(),
             -1.0,
         );
-        let is_large = |content: &f64| *content > LARGEST_MODE_CONTENT;
-        if contents.iter().any(is_large) {
+        if contents.iter().any(|of| *of > LARGEST_MODE_CONTENT) {
             return self.solution(forces, solution.x, solution.iterations);
         }
-        self.add_modal_forces(&mut solution.product, &amounts, -1.0);
-        let cleaned = some_columns(cleaned.as_ref(), &taken);
-        set_columns(solution.left.as_mut(), &taken, cleaned.as_ref());
-        for j in taken {
-            solution.residuals[j] = residuals[j];
+        // K Φ a as M Φ Ω² a: what modes leave of their equation is beyond double precision in so little of them.
+        let work = self.work(&amounts);
+        for (of, factor) in [(&mut solution.product, -1.0), (&mut solution.left, 1.0)] {
+            add_combination(of.as_mut(), self.kept.mass_shapes, work.as_ref(), factor);
         }
+        solution.residuals = relative(&self.norms(solution.left.as_ref()), &forces.norms);
         solution
     }
 
-    /// For each column of amounts a, the root of the sum of ‖φ a‖² over the modes.
-    fn modal_sizes(&self, amounts: &Mat<f64>) -> Vec<f64> {
-        let squares = |column: ColRef<'_, f64>| -> f64 {
-            let pairs = column.iter().zip(&self.kept_norms);
-            pairs.map(|(amount, norm)| (amount * norm).powi(2)).sum()
-        };
-        amounts
-            .col_iter()
-            .map(|column| squares(column).sqrt())
-            .collect()
-    }
-
-    /// `f += factor · M Φ Ω² a`
-    fn add_modal_forces(&self, f: &mut Mat<f64>, amounts: &Mat<f64>, factor: f64) {
-        let work = Mat::from_fn(amounts.nrows(), amounts.ncols(), |k, j| {
+    /// Ω² a.
+    fn work(&self, amounts: &Mat<f64>) -> Mat<f64> {
+        Mat::from_fn(amounts.nrows(), amounts.ncols(), |k, j| {
             self.kept_eigenvalues[k] * amounts[(k, j)]
-        });
-        add_combination(f.as_mut(), self.kept.mass_shapes, work.as_ref(), factor);
+        })
     }
 
     /// An approximate solution of K z = r without motions that have no stiffness.
@@ -286,6 +275,18 @@ impl AttachmentProblem<'_> {
         }
         Ok((x, ITERATIONS_PER_SWEEP))
     }
+}
+
+/// For each column of amounts a of some vectors, the root of the sum of their ‖v a‖².
+fn root_sums(amounts: &Mat<f64>, norms: &[f64]) -> Vec<f64> {
+    let squares = |column: ColRef<'_, f64>| -> f64 {
+        let pairs = column.iter().zip(norms);
+        pairs.map(|(amount, norm)| (amount * norm).powi(2)).sum()
+    };
+    amounts
+        .col_iter()
+        .map(|column| squares(column).sqrt())
+        .collect()
 }
 
 /// The largest residual; one that is no number is larger than any other.

@@ -46,8 +46,9 @@ pub struct AttachmentProblem<'a> {
     loads: Loads<'a>,
     rigid: Complement<'a>,
     kept: Complement<'a>,
-    /// Norms of their shapes.
+    /// Norms of their shapes φ, and of M φ.
     kept_norms: Vec<f64>,
+    kept_force_norms: Vec<f64>,
     /// ω², (rad/s)².
     kept_eigenvalues: &'a [f64],
     /// Kept modes without stiffness.
@@ -104,6 +105,7 @@ impl<'a> AttachmentProblem<'a> {
             loose: Complement::of_loose_modes(modes),
             precision: rigid.stiffness_precision,
             kept_norms: weighted_norms(modes.shapes.as_ref(), &weights),
+            kept_force_norms: weighted_norms(modes.mass_shapes.as_ref(), &weights),
             kept_eigenvalues: &modes.eigenvalues,
             weights,
         }
@@ -171,7 +173,7 @@ impl<'a> AttachmentProblem<'a> {
             observer.advance(first as f64 / n_b as f64)?;
             let forces = self.forces(first, BLOCK.min(n_b - first));
             let solution = self.first_solution(factor, &forces)?;
-            let open = self.open(&forces, &solution);
+            let open = solution.open();
             let rows: Vec<usize> = open.iter().map(|j| first + j).collect();
             let waiting = forces.some(&open);
             let solution = self.without_kept_modes(&forces, solution);
