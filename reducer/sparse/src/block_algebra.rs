@@ -112,14 +112,6 @@ pub fn some_columns(of: MatRef<'_, f64>, columns: &[usize]) -> Mat<f64> {
     some
 }
 
-/// Columns of one block and those of another one after them.
-pub fn side_by_side(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
-    let mut both = Mat::zeros(a.nrows(), a.ncols() + b.ncols());
-    copy(a, both.as_mut().subcols_mut(0, a.ncols()));
-    copy(b, both.as_mut().subcols_mut(a.ncols(), b.ncols()));
-    both
-}
-
 /// Puts columns into the places that [`some_columns`] took them from.
 pub fn set_columns(mut of: MatMut<'_, f64>, columns: &[usize], some: MatRef<'_, f64>) {
     for (column, from) in columns.iter().zip(some.col_iter()) {

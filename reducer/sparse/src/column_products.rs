@@ -33,42 +33,23 @@ impl StiffnessProducts {
         for first in (0..columns.ncols()).step_by(BLOCK) {
             let count = BLOCK.min(columns.ncols() - first);
             let product = symmetric_product(stiffness, columns.subcols(first, count));
-            products.add(
-                modes,
-                columns.subcols(0, first + count),
-                first,
-                product.as_ref(),
-            );
+            let known = columns.subcols(0, first + count);
+            products.enter(modes, known, first..first + count, product.as_ref());
         }
         products
     }
 
-    /// Enters K times the columns from `first` on, the last ones of those `known` so far.
-    pub fn add(
+    /// Enters K times some of the columns `known` so far, new ones or ones that have changed; in ascending order.
+    pub fn enter(
         &mut self,
         modes: MatRef<'_, f64>,
         known: MatRef<'_, f64>,
-        first: usize,
-        product: MatRef<'_, f64>,
-    ) {
-        enter_symmetric(&mut self.columns, first, &gram(known, product));
-        self.modes
-            .as_mut()
-            .subcols_mut(first, product.ncols())
-            .copy_from(gram(modes, product));
-    }
-
-    /// Enters K times some of the `known` columns again, which have changed.
-    pub fn replace(
-        &mut self,
-        modes: MatRef<'_, f64>,
-        known: MatRef<'_, f64>,
-        changed: &[usize],
+        entered: impl IntoIterator<Item = usize>,
         product: MatRef<'_, f64>,
     ) {
         let with_columns = gram(known, product);
         let with_modes = gram(modes, product);
-        for (j, column) in changed.iter().copied().enumerate() {
+        for (j, column) in entered.into_iter().enumerate() {
             for i in 0..known.ncols() {
                 self.columns[(i, column)] = with_columns[(i, j)];
                 self.columns[(column, i)] = with_columns[(i, j)];
@@ -137,7 +118,7 @@ mod tests {
                 let known = columns.as_ref().subcols(0, end);
                 let block = known.subcols(first, end - first);
                 let product = symmetric_product(&stiffness, block);
-                products.add(modes.as_ref(), known, first, product.as_ref());
+                products.enter(modes.as_ref(), known, first..end, product.as_ref());
             };
         add(&mut products, &columns, 0, 16);
         add(&mut products, &columns, 16, 32);
@@ -147,7 +128,7 @@ mod tests {
         let some = crate::block_algebra::some_columns(last.as_ref(), &changed);
         let product = symmetric_product(&stiffness, some.as_ref());
         let known = columns.as_ref().subcols(0, 32);
-        products.replace(modes.as_ref(), known, &changed, product.as_ref());
+        products.enter(modes.as_ref(), known, changed, product.as_ref());
         add(&mut products, &columns, 32, count);
 
         let dense = stiffness.to_dense();

@@ -13,12 +13,11 @@ mod postponed;
 mod solved;
 
 use dcb_sparse::block_algebra::{
-    absolute_product, add_combination, add_scaled_columns, copied, side_by_side, some_columns,
-    zeros,
+    absolute_product, add_combination, add_scaled_columns, copied, some_columns, zeros,
 };
 use dcb_sparse::column_products::BLOCK;
 use dcb_sparse::factorization::PositiveFactor;
-use faer::{Mat, MatRef};
+use faer::{Mat, MatRef, concat};
 use rayon::prelude::*;
 
 use crate::error::Error;
@@ -81,7 +80,7 @@ impl ProjectedForces {
 
     /// Takes further columns in.
     fn extend(&mut self, by: Self) {
-        self.columns = side_by_side(self.columns.as_ref(), by.columns.as_ref());
+        self.columns = concat![[self.columns, by.columns]];
         self.norms.extend(by.norms);
         self.inert.extend(by.inert);
         self.spent.extend(by.spent);

@@ -74,8 +74,9 @@ impl<'a> Collected<'a> {
         copy(solution.x.as_ref(), block);
         let known = self.columns.as_ref().subcols(0, first + count);
         let product = solution.product.as_ref();
+        let modes = self.problem.kept.shapes;
         self.stiffness
-            .add(self.problem.kept.shapes, known, first, product);
+            .enter(modes, known, first..first + count, product);
         self.residuals.extend(solution.residuals);
         self.norms.extend(forces.norms);
         self.inert.extend(forces.inert);
@@ -88,8 +89,9 @@ impl<'a> Collected<'a> {
         set_columns(self.columns.as_mut(), rows, solution.x.as_ref());
         let known = self.columns.as_ref().subcols(0, self.residuals.len());
         let product = solution.product.as_ref();
+        let modes = self.problem.kept.shapes;
         self.stiffness
-            .replace(self.problem.kept.shapes, known, rows, product);
+            .enter(modes, known, rows.iter().copied(), product);
         for (row, residual) in rows.iter().zip(solution.residuals) {
             self.residuals[*row] = residual;
         }
