@@ -33,7 +33,7 @@ PICTURES = os.path.join(ROOT, "docs", "pictures")
 BEGIN, END = "<!-- generated from data/work_precision.jsonl -->", "<!-- end of the work-precision part -->"
 RECORDS = 200
 RHO = 0.8
-TOLERANCES = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8]
+TOLERANCES = [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8]
 # How long the chain falls, s.
 CHAINS = {"chain-16": 0.1, "chain-16-swing": 1.0}
 STEPS = [1000, 4000, 16000, 64000, 256000]

@@ -19,6 +19,8 @@ use crate::system::{State, System};
 const MOST_ITERATIONS: usize = 10;
 /// What an iteration may leave, in parts of the error that the motion may have.
 const LEFT: f64 = 0.003;
+/// An error beyond that doesn't let it leave more: the next steps start from what it leaves, and fail.
+const LOOSEST: f64 = 0.01;
 /// Factors that leave more than this of the error are made again at the next step.
 const SLOW: f64 = 0.15;
 /// What an iteration is taken to leave at least, before it has shown that.
@@ -38,7 +40,7 @@ impl Radau {
     ) -> Result<Effort, Error> {
         let mut effort = Effort::default();
         corrector.was_singular = false;
-        let allowed = LEFT * self.accuracy.tolerance;
+        let allowed = LEFT * self.accuracy.tolerance.min(LOOSEST);
         let floor = corrector.rounding(system) * self.scale.by_length();
         let mut last = f64::INFINITY;
         let mut is_fresh = false;
