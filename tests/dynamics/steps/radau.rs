@@ -1,6 +1,9 @@
 //! Radau IIA: its order, what its tolerance means, jumps, states between steps, and energy over many turns.
 
+use std::sync::Arc;
+
 use super::order::{double_pendulum, errors, flexible_pendulum};
+use crate::support::Part;
 use crate::support::mechanisms::{about_z, formula, rigid};
 use dcb_formats::mesh::Dimension;
 use dcb_formats::scene::RedundantConstraints;
@@ -8,6 +11,8 @@ use dcb_runtime::integrator::radau::{Accuracy, Stages};
 use dcb_runtime::simulation::Simulation;
 use dcb_runtime::system::builder::{Drawn, JointCoordinate, SystemBuilder, Turning};
 use dcb_runtime::system::{LoadAxes, State, System};
+use dcb_samples::spatial_beam::BeamSection;
+use dcb_samples::{Material, SpatialBeam, spatial_beam};
 use nalgebra::{Matrix3, Vector3};
 
 const BOTH: [Stages; 2] = [Stages::Three, Stages::Five];
@@ -87,6 +92,55 @@ fn tolerances_are_errors_of_the_motion() {
                     "{name} {stages:?} {tolerance:e}: {places:e}"
                 );
             }
+        }
+    }
+}
+
+/// Soft beams on hinges in a row, which fall from a straight horizontal line.
+fn chain() -> (System, State) {
+    let beam = SpatialBeam {
+        elements: 4,
+        end: [0.2, 0.0, 0.0],
+        section: BeamSection::rectangle(0.02, 0.03),
+        material: Material {
+            youngs_modulus: 1e-4 * Material::STEEL.youngs_modulus,
+            ..Material::STEEL
+        },
+        ..SpatialBeam::default()
+    };
+    let body = Arc::new(Part::reduced(spatial_beam(&beam), 4).body);
+    let mut builder = SystemBuilder::new(Dimension::Spatial, Vector3::new(0.0, -9.81, 0.0));
+    let mut above = builder.ground(Vector3::zeros(), Matrix3::identity());
+    for number in 0..8 {
+        let drawn = Drawn {
+            position: Vector3::new(0.2 * f64::from(number), 0.0, 0.0),
+            ..Drawn::default()
+        };
+        let beam = builder.body(&format!("beam{number}"), body.clone(), &drawn);
+        let [start, end] = [0, 1].map(|i| builder.marker(beam, i, Turning::Interface).unwrap());
+        let name = format!("hinge{number}");
+        builder.joint(&name, above, start, &about_z()).unwrap();
+        above = end;
+    }
+    builder.finish()
+}
+
+/// What the iteration leaves at a loose tolerance must not be what makes later steps fail.
+#[test]
+fn a_looser_tolerance_takes_no_more_steps() {
+    let (reference, _) = run(chain(), accuracy(1e-9, Stages::Five), 1.0, 10);
+    for stages in BOTH {
+        let mut fewest = 0;
+        for tolerance in [1e-2, 3e-2, 1e-1] {
+            let (states, steps) = run(chain(), accuracy(tolerance, stages), 1.0, 10);
+            let [places, ..] = errors(&states, &reference);
+            println!("{stages:?} {tolerance:e}: {places:e} in {steps} steps");
+            assert!(places < tolerance, "{stages:?} {tolerance:e}: {places:e}");
+            assert!(
+                fewest == 0 || steps <= fewest,
+                "{stages:?} {tolerance:e}: {steps} steps, {fewest} at the tighter one"
+            );
+            fewest = steps;
         }
     }
 }
