@@ -77,6 +77,9 @@ def beside_pardiso(name):
         )
     yield ""
     limits = peer_table.Case(found, "conrod-150k", 30)
+    cases = {name: peer_table.Case(found, *name) for name in {(line["component"], line["modes"]) for line in found if line["kind"] == "run"}}
+    yield from (row for row in peer_table.targets(cases) if "not run" not in row)
+    yield ""
     yield f"Two threads; dgemm {peer_table.number(limits.limit('dgemm', 2))} GFLOP/s, triad {peer_table.number(limits.limit('bandwidth', 2))} GB/s."
     yield from peer_table.provenance(runs)
 
