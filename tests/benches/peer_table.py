@@ -368,13 +368,18 @@ def provenance(runs):
     )
 
 
+def cases(lines):
+    """By component and number of modes, in the order of the tables."""
+    names = {(line["component"], line["modes"]) for line in lines if line["kind"] == "run"}
+    return {name: Case(lines, *name) for name in sorted(names, key=places)}
+
+
 def tables(lines):
     lines = latest(lines)
     runs = [line for line in lines if line["kind"] == "run"]
-    names = sorted({(run["component"], run["modes"]) for run in runs}, key=places)
-    cases = {name: Case(lines, *name) for name in names}
-    yield from targets(cases)
-    for case in cases.values():
+    by_name = cases(lines)
+    yield from targets(by_name)
+    for case in by_name.values():
         yield ""
         yield from part_table(case)
     if runs:

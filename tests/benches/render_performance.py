@@ -60,8 +60,8 @@ def beside_pardiso(name):
     runs = [line for line in found if line["kind"] == "run" and line["tool"] in ("reduce", "reduce-bounds", "pardiso2") and line["threads"] == 2]
     yield "| part | modes | `reduce`, s, median (min–max) | with error bounds, s | PARDISO, s | PARDISO / ours | PARDISO / with bounds | peak MB, ours / PARDISO | order | factor | modes | attachments |"
     yield "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |"
-    for component, modes in sorted({(run["component"], run["modes"]) for run in runs}, key=peer_table.places):
-        case = peer_table.Case(found, component, modes)
+    cases = peer_table.cases(found)
+    for (component, modes), case in cases.items():
         ours, theirs = case.of("reduce", 2), [run for run in case.all_runs if (run["tool"], run["threads"]) == ("pardiso2", 2)]
         with_bounds = case.wall("reduce-bounds", 2)
         other = median(run["wall"] for run in theirs) if theirs else None
@@ -76,8 +76,7 @@ def beside_pardiso(name):
             f"| {case.peak('reduce', 2):.0f} / {f'{peak:.0f}' if peak else '–'} | {stages} |"
         )
     yield ""
-    limits = peer_table.Case(found, "conrod-150k", 30)
-    cases = {name: peer_table.Case(found, *name) for name in {(line["component"], line["modes"]) for line in found if line["kind"] == "run"}}
+    limits = cases["conrod-150k", 30]
     yield from (row for row in peer_table.targets(cases) if "not run" not in row)
     yield ""
     yield f"Two threads; dgemm {peer_table.number(limits.limit('dgemm', 2))} GFLOP/s, triad {peer_table.number(limits.limit('bandwidth', 2))} GB/s."
